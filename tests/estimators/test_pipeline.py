@@ -140,6 +140,11 @@ def test_without_a_velocity_the_gauge_that_changes_most_is_followed():
     pipeline = Pipeline(gauges=3, columns=())
     found = pipeline.process(np.column_stack([time, readings])).frequency_Hz
     assert found[1000:1500] == pytest.approx(60.0, rel=0.02) and found[2500:] == pytest.approx(90.0, rel=0.02)
+    # One that is lost counts less and less, until another one is followed.
+    lost = np.sin(2 * np.pi * time[:, None] * [40.0, 60.0]) * [1.0, 6.0] + rng.normal(0, 0.05, (3000, 2))
+    lost[1000:, 1] = np.nan
+    found = Pipeline(gauges=2, columns=()).process(np.column_stack([time, lost])).frequency_Hz
+    assert found[500:900] == pytest.approx(60.0, rel=0.02) and found[2500:] == pytest.approx(40.0, rel=0.02)
     slow = Pipeline(gauges=1, columns=(), sample_rate_Hz=20.0)
     assert "20 Hz is too slow without a velocity" in slow.off["frequency"]
     assert slow.update((0.0, 1.0)).status.startswith("nothing to estimate; no modulus")

@@ -3,9 +3,10 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from papilla.core.errors import InputError
+from papilla.core.errors import InputError, MissingExtraError
 from papilla.estimators import (
     ChirpTracker,
     Doubts,
@@ -16,6 +17,7 @@ from papilla.estimators import (
     Softness,
     SpaceTracker,
 )
+from papilla.estimators.methods import SURFACES_METHOD, depth_method, sample_method, softness_names
 
 NOISE = {"gauge_sigma": 20, "force_sigma_N": 0.002}
 MAKERS = {
@@ -71,6 +73,20 @@ def test_a_number_that_must_be_above_a_limit_is_refused_by_its_name(five_gauges,
 def test_what_cannot_be_used_is_one_line(five_gauges, maker, options, message):
     with pytest.raises(InputError, match=message):
         MAKERS[maker](five_gauges, **options)
+
+
+def test_methods_are_those_of_papilla_and_of_installed_packages(five_gauges):
+    assert {*SURFACES_METHOD, "printed"} <= set(softness_names())
+    assert sample_method("printed", five_gauges, **NOISE).remark
+    with pytest.raises(InputError, match="softness must be one of gauges, surface, sd, .*, got 'none'"):
+        sample_method("none", five_gauges)
+    force, modulus = (axis.ravel() for axis in np.meshgrid(np.linspace(0.1, 0.7, 8), np.geomspace(0.05, 0.7, 8)))
+    depth = (force / modulus) ** (2 / 3)
+    by_depth = depth_method("force-depth", force, modulus, depth)
+    found, _, _ = by_depth.process(force, depth, by_depth.errors_of(1e-4, 1e-4))
+    assert np.nanmedian(np.abs(found / modulus - 1)) < 0.1
+    with pytest.raises(MissingExtraError, match="no installed package brings the method 'none'"):
+        depth_method("none", force, modulus, depth)
 
 
 def test_a_calibration_that_does_not_fit_is_refused(five_gauges):

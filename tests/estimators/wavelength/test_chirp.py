@@ -87,11 +87,14 @@ def test_sigma_grows_where_readings_are_missing():
     assert "missing" in gap.sentence[0] and tracker.update(0.0).sentence
 
 
-@pytest.mark.parametrize("scale, offset", [(1e3, 2e4), (1.0, -1e5), (1e-6, 0.0)])
-def test_scale_and_offset_do_not_matter(scale, offset):
-    made = scene("const", 1.8, seed=47, seconds=0.5)
-    reference = ChirpTracker().process(made.readings).frequency_Hz[-1]
-    assert ChirpTracker().process(offset + scale * made.readings).frequency_Hz[-1] == pytest.approx(reference, rel=1e-5)
+@pytest.mark.parametrize("kind", ["const", "act1"])
+@pytest.mark.parametrize("scale, offset", [(1024.0, 0.0), (2.0**-20, 0.0), (-1.0, 0.0), (1.0, 4096.0)])
+def test_unit_sign_and_zero_of_the_readings_do_not_matter(kind, scale, offset):
+    made = scene(kind, 1.8, seed=47, seconds=0.8)
+    once, other = (ChirpTracker().process(block) for block in (made.readings, offset + scale * made.readings))
+    np.testing.assert_array_equal(other.status, once.status)
+    for name in ("frequency_Hz", "frequency_sigma_Hz"):
+        np.testing.assert_allclose(getattr(other, name), getattr(once, name), rtol=1e-5)
 
 
 def stroke_of(motion, jumps=None, trend=None, shape=None, spacing=0.0375):

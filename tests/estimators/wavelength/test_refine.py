@@ -100,6 +100,17 @@ def test_blocks_that_scatter_by_more_than_noise_are_known_less(times):
     assert np.median(scatters) == pytest.approx(0.01 * np.sqrt(times**2 - 1), abs=0.006 * times)
 
 
+def test_blocks_far_from_the_others_hardly_count():
+    cycles = 0.01 * np.random.default_rng(1).standard_normal(24)
+    clean = completed(regressed(blocks(cycles), np.array([1e-9]), np.zeros(1)))
+    odd = cycles.copy()
+    odd[-1] = 0.4
+    spoilt = completed(regressed(blocks(odd), np.array([1e-9]), np.zeros(1)))
+    x = blocks(cycles).regressors[:, 0]
+    plain = 0.4 * x[-1] / (x @ x)
+    assert abs(spoilt.step[0] - clean.step[0]) < 0.03 * plain
+
+
 def kept(readings, place, wanted=(1.0,), noise=(0.01,), periods=3, seen=None):
     seen = np.ones_like(readings, bool) if seen is None else seen
     return share_kept(place, readings, seen, WAVENUMBER, np.array(wanted, complex), noise, periods)
