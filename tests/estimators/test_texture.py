@@ -52,6 +52,8 @@ def test_a_texture_like_none_is_unknown(model):
     labels, distances = model.classify(*run(0.9, 60.0, 9))
     assert labels.count(UNKNOWN_TEXTURE) >= 0.9 * len(labels)
     assert distances.min() > model.limit
+    seen = np.concatenate([model.classify(*run[2:])[1].min(axis=1) for run in runs((30.0, 60.0))])
+    assert model.limit > 1.1 * np.quantile(seen, 0.98), "known by runs of another speed, and a tenth more"
     rng = np.random.default_rng(0)
     place = 60 * np.arange(6000) / 1000
     assert set(model.classify(place, rng.normal(0, 50, (6000, 3)))[0]) == {UNKNOWN_TEXTURE}
