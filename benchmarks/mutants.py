@@ -98,8 +98,9 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/estimators/wavelength/refine.py", "1e-9", "1.1e-09"): "of a scaled matrix: keeps its inverse finite",
     ("papilla/estimators/wavelength/refine.py", "1e-12", "1.1e-12"): "below any step of a path, or next to no prior",
     ("papilla/estimators/wavelength/motion_fit.py", "1e-10", "1.1e-10"): "of a scaled matrix: keeps its inverse finite",
-    ("papilla/estimators/softness/fitter.py", "hs[1] - hs[0]", "(hs[1] + hs[0])"): "the first is 0",
-    ("papilla/estimators/softness/fitter.py", "1.0", "1.1"): "how far a step goes, and when the steps are short enough",
+    ("papilla/estimators/softness/touch_start.py", "hs[1] - hs[0]", "(hs[1] + hs[0])"): "the first is 0",
+    ("papilla/estimators/softness/touch_start.py", "1.0", "1.1"):
+     "how far a step goes, and when the steps are short enough",
     ("papilla/telepresence/loop.py", "2**SESSION_BITS + number", "(2 ** SESSION_BITS - number)"):
      "any two large numbers will do",
     ("papilla/mesh/section.py", "across[:-1] + across[1:] < 0", "(across[:-1] + across[1:] >= 0)"):

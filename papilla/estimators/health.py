@@ -55,10 +55,12 @@ def in_words(code: int, gauges: Sequence[str]) -> str:
     return ", ".join(f"{name} left out: {fault.sentence}" for name, fault in faults if fault)
 
 
-def words(found: tuple[int, ...], names: Sequence[str]) -> list[str]:
-    """Sentences such as `g2, g4 missing` for the faults that `check` found, with the names of the gauges."""
-    named = {kind: [name for name, own in zip(names, found, strict=False) if own == kind] for kind in Fault if kind}
-    return [f"{', '.join(own)} {kind.sentence}" for kind, own in named.items() if own]
+def words(faults: tuple[int, ...], names: Sequence[str]) -> list[str]:
+    """Sentences such as `g2, g4 missing` that `check` returns, with the names of the gauges."""
+    named = {
+        fault: [name for name, code in zip(names, faults, strict=False) if code == fault] for fault in Fault if fault
+    }
+    return [f"{', '.join(gauges)} {fault.sentence}" for fault, gauges in named.items() if gauges]
 
 
 class HealthState(NamedTuple):
@@ -86,26 +88,25 @@ class GaugeHealth:
         if len(state.last) != self._gauges or len(state.repeats) != self._gauges:
             raise InputError(f"the state is of {len(state.last)} gauges, this pipeline has {self._gauges}")
 
-    def check(self, readings: tuple[float, ...], state: HealthState) -> tuple[tuple[int, ...], HealthState]:
+    def check(self, readings: tuple[float, ...], before: HealthState) -> tuple[tuple[int, ...], HealthState]:
         """The `Fault` of each gauge now, an empty tuple when all are good, and the state after this sample."""
         if not readings:
-            return (), state
-        (last, repeats), limit = state, self._saturation
+            return (), before
+        (last, repeats), limit = before, self._saturation
         repeated = True in map(eq, readings, last)
         # The sum is finite only if every reading is, so one test covers nearly all samples.
         if not repeated and -limit < min(readings) and max(readings) < limit and math.isfinite(sum(readings)):
             return (), HealthState(readings, self._moving)
         finite = [-math.inf < new < math.inf for new in readings]
-        moved = any(known and new != old == old for new, old, known in zip(readings, last, finite, strict=True))
+        moved = any(is_finite and new != old == old for new, old, is_finite in zip(readings, last, finite, strict=True))
         counts = self._moving
         if repeated:
             counted = zip(readings, last, repeats, strict=True)
             counts = tuple([min(count + moved, self._stuck) if new == old else 0 for new, old, count in counted])
-        held = tuple([new if known else old for new, old, known in zip(readings, last, finite, strict=True)])
-        faults = zip(readings, finite, counts, strict=True)
-        found = tuple([
-            FAULT_MISSING if not known else FAULT_SATURATED if not -limit < new < limit
+        latest = tuple([new if is_finite else old for new, old, is_finite in zip(readings, last, finite, strict=True)])
+        faults = tuple([
+            FAULT_MISSING if not is_finite else FAULT_SATURATED if not -limit < new < limit
             else FAULT_STUCK * (count == self._stuck)
-            for new, known, count in faults
+            for new, is_finite, count in zip(readings, finite, counts, strict=True)
         ])  # fmt: skip
-        return (found if any(found) else ()), HealthState(held, counts)
+        return (faults if any(faults) else ()), HealthState(latest, counts)

@@ -41,9 +41,9 @@ class Stream(ABC):
 
     def __new__(cls, *arguments: Any, **options: Any):
         """Keep the arguments, for copies."""
-        made = super().__new__(cls)
-        made._arguments = arguments, options
-        return made
+        stream = super().__new__(cls)
+        stream._arguments = arguments, options
+        return stream
 
     def __reduce__(self) -> tuple:
         """A copy or pickle has the arguments and the state: it computes all else from the arguments again, and goes on
@@ -100,7 +100,7 @@ class Stream(ABC):
         if rows.ndim != 2 or rows.shape[1] not in widths:
             shape = " x ".join(map(str, rows.shape))
             raise InputError(f"a block must be n x {' or '.join(map(str, widths))} ({self._sample()}), got {shape}")
-        answers = [self._take(tuple(row)) for row in rows.tolist()]
+        answers = [self._take(tuple(sample)) for sample in rows.tolist()]
         names = self.answer._fields
         columns = zip(names, zip(*answers, strict=True) if answers else [()] * len(names), strict=True)
         return self.answer._make(

@@ -61,7 +61,7 @@ class Features:
 
         Raises `InputError` for a run without a whole window, and for steps too long for the shortest wavelength.
         """
-        place, rows = (checks.believable(np.asarray(own, float)) for own in (position_mm, readings))
+        place, rows = (checks.believable(np.asarray(values, float)) for values in (position_mm, readings))
         if rows.ndim != 2 or place.shape != rows.shape[:1]:
             raise InputError(f"readings (n, channels) must fit position (n,), got {rows.shape} and {place.shape}")
         good = np.isfinite(place) & np.isfinite(rows).all(axis=1)
@@ -71,10 +71,12 @@ class Features:
             raise InputError(
                 f"samples are {usual:.3g} mm apart: wavelengths of {self.shortest_mm:g} mm need half of that at most"
             )
-        found = [own for part in _strokes(place, widest) for own in self._windows(place[part], rows[part])]
-        if not found:
+        windows = [
+            levels for stroke in _strokes(place, widest) for levels in self._windows(place[stroke], rows[stroke])
+        ]
+        if not windows:
             raise InputError(f"the run has no stroke of {self.window_mm:g} mm")
-        return np.array(found)
+        return np.array(windows)
 
     def _windows(self, place: np.ndarray, rows: np.ndarray) -> list[np.ndarray]:
         step = self.shortest_mm / 4
@@ -105,7 +107,7 @@ def _strokes(place: np.ndarray, widest: float) -> list[np.ndarray]:
     moving = np.flatnonzero(steps)
     breaks = (np.diff(np.sign(steps[moving])) != 0) | (np.abs(steps[moving[:-1]]) > widest)
     parts = np.split(moving, np.flatnonzero(breaks) + 1)
-    return [part if steps[part[0]] > 0 else part[::-1] for part in parts if len(part)]
+    return [stroke if steps[stroke[0]] > 0 else stroke[::-1] for stroke in parts if len(stroke)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,8 +154,10 @@ class TextureModel:
             raise InputError(f"the model is of {self.channels} channels, got readings {rows.shape}")
         distances = self.distances(self.features.of(position_mm, rows))
         nearest = distances.argmin(axis=1)
-        known = distances.min(axis=1) <= self.limit
-        return [self.labels[own] if ok else UNKNOWN_TEXTURE for own, ok in zip(nearest, known, strict=True)], distances
+        near_enough = distances.min(axis=1) <= self.limit
+        return [
+            self.labels[label] if ok else UNKNOWN_TEXTURE for label, ok in zip(nearest, near_enough, strict=True)
+        ], distances
 
     def distances(self, features: np.ndarray) -> np.ndarray:
         """(windows, k) squared distances of features (windows, d)."""
@@ -162,7 +166,7 @@ class TextureModel:
 
     def save(self, path: str | Path) -> None:
         """Write the model as JSON with a checksum, whole or not at all; raises `FileAccessError`."""
-        values = {name: own.tolist() for name, own in vars(self).items() if isinstance(own, np.ndarray)}
+        values = {name: array.tolist() for name, array in vars(self).items() if isinstance(array, np.ndarray)}
         write_sealed({"schema": TEXTURE_SCHEMA} | vars(self) | {"features": asdict(self.features)} | values, Path(path))
 
     @classmethod
@@ -184,9 +188,9 @@ class TextureModel:
 @lru_cache(maxsize=1)
 def _adapter() -> TypeAdapter[TextureModel]:
     """What a model file must hold."""
-    row: Any = Annotated[list[float], AfterValidator(np.array)]
+    vector: Any = Annotated[list[float], AfterValidator(np.array)]
     rows: Any = Annotated[list[list[float]], AfterValidator(np.array)]
-    arrays: dict[str, Any] = {"centre": row, "scale": row, "means": rows, "precision": rows}
+    arrays: dict[str, Any] = {"centre": vector, "scale": vector, "means": rows, "precision": rows}
     return TypeAdapter(
         table(TextureModel, keys_of(TextureModel, features=table(Features, keys_of(Features)), **arrays))
     )
@@ -203,27 +207,27 @@ def train(runs: Sequence[tuple], *, features: Features | None = None) -> Texture
     if not runs:
         raise InputError("there are no runs to train on")
     tables = [how.of(position, readings) for _, _, position, readings in runs]
-    table = np.concatenate(tables) if len({own.shape[1] for own in tables}) == 1 else None
+    table = np.concatenate(tables) if len({rows.shape[1] for rows in tables}) == 1 else None
     if table is None:
         raise InputError("all runs must have the same number of channels")
-    labels = np.repeat([str(run[0]) for run in runs], [len(own) for own in tables])
-    groups = np.repeat([str(run[1]) for run in runs], [len(own) for own in tables])
+    labels = np.repeat([str(run[0]) for run in runs], [len(rows) for rows in tables])
+    groups = np.repeat([str(run[1]) for run in runs], [len(rows) for rows in tables])
     names = tuple(np.unique(labels).tolist())
     if len(names) < 2 or UNKNOWN_TEXTURE in names:
         raise InputError(f"two labels at least, none of them {UNKNOWN_TEXTURE!r}, got {', '.join(names)}")
     for group in np.unique(groups):
         if len(np.unique(labels[groups != group])) < len(names):
             raise InputError(f"without group {group} some label has no run: every label needs two groups at least")
-    whole, distances = _fitted(how, names, table, labels), np.empty((len(table), len(names)))
+    model, distances = _fitted(how, names, table, labels), np.empty((len(table), len(names)))
     for group in np.unique(groups):
         out = groups == group
         distances[out] = _fitted(how, names, table[~out], labels[~out]).distances(table[out])
-    found = {"linear discriminant": np.array(names)[distances.argmin(axis=1)]}
-    found["nearest neighbours"] = _neighbours(table, labels, groups)
-    accuracy = {name: float(np.mean(answer == labels)) for name, answer in found.items()}
+    answers = {"linear discriminant": np.array(names)[distances.argmin(axis=1)]}
+    answers["nearest neighbours"] = _neighbours(table, labels, groups)
+    accuracy = {name: float(np.mean(answer == labels)) for name, answer in answers.items()}
     channels = np.asarray(runs[0][3]).shape[1]
     limit = DISTANCE_LIMIT_MARGIN * float(np.quantile(distances.min(axis=1), KNOWN_WINDOW_SHARE))
-    return replace(whole, channels=channels, limit=limit, accuracy=accuracy)
+    return replace(model, channels=channels, limit=limit, accuracy=accuracy)
 
 
 def _fitted(how: Features, names: tuple[str, ...], table: np.ndarray, labels: np.ndarray) -> TextureModel:

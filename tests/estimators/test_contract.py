@@ -70,42 +70,34 @@ def stream(seed: int, columns: str, pressed) -> np.ndarray:
     return np.column_stack(made)
 
 
-class Case:
-    """How an estimator is made, and the columns of its samples."""
-
-    def __init__(self, make, columns: str):
-        self.make, self.columns = make, columns
-
-
 CASES = {
-    "PrintedSoftness": Case(
-        lambda c: PrintedSoftness(c, form="quadratic", gauge_sigma=2.0, force_sigma_N=1e-3), "gggggf"
-    ),
-    "PrintedSoftness-printed": Case(lambda c: PrintedSoftness(c, gauge_sigma=2.0, force_sigma_N=1e-3), "gggggf"),
-    "Softness": Case(lambda c: Softness(c, gauge_sigma=2.0, force_sigma_N=1e-3), "gggggf"),
-    "GaugeSoftness": Case(lambda c: GaugeSoftness(c, gauge_sigma=400.0, force_sigma_N=1e-3), "gggggf"),
-    "Friction": Case(lambda c: Friction(), "tfv"),
-    "SpaceTracker": Case(lambda c: SpaceTracker(), "gv"),
-    "FusedTracker": Case(lambda c: FusedTracker((0.0, 2.0, 5.0)), "gggv"),
-    "ChirpTracker": Case(lambda c: ChirpTracker(), "gv"),
-    "CrossRidge": Case(lambda c: CrossRidge(), "gg"),
-    "LineTracker": Case(lambda c: LineTracker(2, wavelength_range_mm=(1.0, 6.0)), "ggx"),
-    "Pipeline": Case(lambda c: Pipeline(c), "Tgggggfvt"),
+    "PrintedSoftness": (lambda c: PrintedSoftness(c, form="quadratic", gauge_sigma=2.0, force_sigma_N=1e-3), "gggggf"),
+    "PrintedSoftness-printed": (lambda c: PrintedSoftness(c, gauge_sigma=2.0, force_sigma_N=1e-3), "gggggf"),
+    "Softness": (lambda c: Softness(c, gauge_sigma=2.0, force_sigma_N=1e-3), "gggggf"),
+    "GaugeSoftness": (lambda c: GaugeSoftness(c, gauge_sigma=400.0, force_sigma_N=1e-3), "gggggf"),
+    "Friction": (lambda c: Friction(), "tfv"),
+    "SpaceTracker": (lambda c: SpaceTracker(), "gv"),
+    "FusedTracker": (lambda c: FusedTracker((0.0, 2.0, 5.0)), "gggv"),
+    "ChirpTracker": (lambda c: ChirpTracker(), "gv"),
+    "CrossRidge": (lambda c: CrossRidge(), "gg"),
+    "LineTracker": (lambda c: LineTracker(2, wavelength_range_mm=(1.0, 6.0)), "ggx"),
+    "Pipeline": (lambda c: Pipeline(c), "Tgggggfvt"),
     **{
-        f"{kind.__name__}-{variant}": Case(lambda c, kind=kind, variant=variant: kind(variant=variant), "gvT")
+        f"{kind.__name__}-{variant}": (lambda c, kind=kind, variant=variant: kind(variant=variant), "gvT")
         for kind in (ImpulseDensity, ImpulseInterval, Okamoto, ShortTimeSpectrum, ZeroCrossing)
         for variant in ("as_printed", "corrected")
     },
-    "Pipeline-positions": Case(
-        lambda c: Pipeline(None, gauges=3, columns=("force_N", "position_mm", "tangential_N")), "Tgggfxt"
+    "Pipeline-positions": (
+        lambda c: Pipeline(None, gauges=3, columns=("force_N", "position_mm", "tangential_N")),
+        "Tgggfxt",
     ),
-    "Pipeline-slow": Case(
+    "Pipeline-slow": (
         lambda c: Pipeline(
             None, gauges=2, columns=("velocity_mm_s",), sample_rate_Hz=100.0, wavelength_range_mm=(1.0, 6.0)
         ),
         "Tggv",
     ),
-    "Pipeline-blind": Case(lambda c: Pipeline(None, gauges=3, columns=()), "Tggg"),
+    "Pipeline-blind": (lambda c: Pipeline(None, gauges=3, columns=()), "Tggg"),
 }
 
 
@@ -123,15 +115,15 @@ quickly = pytest.mark.parametrize(
 @pytest.fixture
 def case(name, calibration, touch):
     """make() and rows(seed) of one case."""
-    found = CASES[name]
+    build, columns = CASES[name]
 
     def pressed(force):
         if name == "GaugeSoftness":
             return np.column_stack([gauge.reading(force, 0.3) for gauge in calibration.gauges])
         # A press is far greater than a texture: only what needs one gets it.
-        return touch(0.3, force)[:, :-1] * ("f" in found.columns)
+        return touch(0.3, force)[:, :-1] * ("f" in columns)
 
-    return lambda: found.make(calibration), lambda seed=0: stream(seed, found.columns, pressed)
+    return lambda: build(calibration), lambda seed=0: stream(seed, columns, pressed)
 
 
 def same(first, second) -> bool:

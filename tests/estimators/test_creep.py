@@ -7,7 +7,7 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.estimators import Doubts, Pipeline
-from papilla.estimators.pipeline.outputs import CREEP_WORDS, LEAST_SD_RATIO_CHANGE, Creep
+from papilla.estimators.pipeline.outputs import CREEP_WORDS, Creep
 from papilla.references import Prony
 
 TERMS = {"shares": [0.2, 0.1], "times_s": [0.3, 4.0]}
@@ -21,7 +21,7 @@ def test_samples_one_by_one_creep_as_the_history_does():
     low, high = np.quantile(ratio, [0.3, 0.6])
     creep = Creep({**TERMS, "crept": [low, high]}, 0.05)
     said = [creep.feel(*sample) for sample in zip(time.tolist(), force.tolist(), strict=True)]
-    expected = np.where(ratio < low - LEAST_SD_RATIO_CHANGE, 1, np.where(ratio > high + LEAST_SD_RATIO_CHANGE, 2, 0))
+    expected = np.where(ratio < low - 0.02, 1, np.where(ratio > high + 0.02, 2, 0))
     expected[force < 0.05] = 0
     assert said == expected.tolist()
     assert set(said) == {0, 1, 2}

@@ -1,12 +1,10 @@
 """Friction in both directions: the kinds of logs that it was found wrong on, its offset, faults and contract."""
 
-import math
 import warnings
 
 import numpy as np
 import pytest
 
-from papilla.core.errors import InputError
 from papilla.estimators.friction import Friction, FrictionStatus
 from tests.support import friction_logs
 
@@ -67,42 +65,6 @@ def test_stated_sigmas_cover_what_is_drawn():
     assert np.nansum(ok * np.nan_to_num([one.false for one in found])) < 0.05 * ok.sum() and ok.mean() > 0.4
 
 
-def test_one_way_leaves_the_offset_to_its_prior_and_says_so():
-    """However the normal force changes: T / N, and the prior's sigma over N."""
-    time = np.arange(1800) / 10
-    normal = 3 + 0.01 * np.sin(0.9 * time)
-    for slope in (-0.8, 0.2):
-        tangential = 0.6 + slope * (normal - 3)
-        answer = Friction(sample_rate_Hz=10.0).process(np.column_stack([tangential, normal, np.full(1800, 100.0)]))
-        np.testing.assert_allclose(answer.mu_kinetic[20:], 0.2, rtol=0.02)
-        np.testing.assert_allclose(answer.mu_kinetic_sigma[20:], 0.2 / 3, rtol=0.02)
-        assert set(answer.status[20:]) == {FrictionStatus.ONE_WAY}
-        told = Friction(sample_rate_Hz=10.0, offset_sigma_N=1e-3)
-        told = told.process(np.column_stack([tangential, normal, np.full(1800, 100.0)]))
-        assert set(told.status[20:]) == {FrictionStatus.OK}
-    estimator = Friction()
-    answer = estimator.process(slide(one_way=True, seconds=3.0))
-    assert answer.status[-1] == FrictionStatus.ONE_WAY
-    assert abs(answer.mu_kinetic[-1] - 0.5) < 2 * answer.mu_kinetic_sigma[-1], "the sensor's offset is in its sigma"
-    assert math.isnan(estimator.coefficients[1].mu_kinetic)
-
-
-def test_both_directions_tell_the_offset_but_for_the_anisotropy():
-    estimator = Friction()
-    answer = estimator.process(slide(forward=0.45, backward=0.45))
-    forward, backward = estimator.coefficients
-    for known in (forward, backward):
-        assert known.mu_kinetic == pytest.approx(0.45, abs=0.01) and known.sentence == "ok"
-        assert 0.017 < known.mu_kinetic_sigma < 0.045 and known.mu_static == pytest.approx(0.8, abs=0.03)
-    assert forward.offset_N == pytest.approx(OFFSET_N, abs=0.01)
-    assert (answer.status[-1], answer.mu_kinetic[-1]) == (backward.status, backward.mu_kinetic)
-    other = Friction()
-    other.process(slide(swing=0.0))
-    for known, true in zip(other.coefficients, (0.5, 0.4), strict=True):
-        assert known.mu_kinetic == pytest.approx(0.45, abs=0.02), "about their mean"
-        assert abs(known.mu_kinetic - true) < 3 * known.mu_kinetic_sigma, "and the stated sigma knows"
-
-
 def test_air_tells_the_directions_apart():
     estimator = Friction()
     answer = estimator.process(slide(air=True))
@@ -112,25 +74,6 @@ def test_air_tells_the_directions_apart():
     assert answer.mu_kinetic[9900] == pytest.approx(0.5, abs=0.015), "sliding forward, the answer is that of forward"
     once = Friction().process(slide(air=True, one_way=True, seconds=3.0))
     assert once.mu_kinetic[-1] == pytest.approx(0.5, abs=0.01) and once.status[-1] == FrictionStatus.OK
-
-
-@pytest.mark.parametrize("left, status", [(0.0, FrictionStatus.OK), (0.8, FrictionStatus.ONE_WAY)])
-def test_a_rest_tells_the_offset_where_the_finger_was_let_go_of(left, status):
-    """Of what it pulled while sliding, `left` is still there at rest: most of it where the finger is held."""
-    time = np.arange(6000) / 1000
-    velocity = np.where(time % 2 < 1, 40.0, 0.0)
-    tangential = 0.05 + 0.5 * np.where(velocity > 0, 1.0, left)
-    answer = Friction().process(np.column_stack([tangential, np.ones(6000), velocity]))
-    assert answer.status[4500] == status and abs(answer.mu_kinetic[4500] - 0.5) < 2 * answer.mu_kinetic_sigma[4500]
-    assert (answer.mu_kinetic_sigma[4500] < 0.05) == (left == 0)
-
-
-def test_a_negative_coefficient_is_refused_with_its_cause():
-    rows = slide(one_way=True, seconds=3.0)
-    rows[:, 0] = OFFSET_N - rows[:, 0]
-    answer = Friction(offset_sigma_N=0.01).process(rows)
-    assert np.isnan(answer.mu_kinetic[-1]) and np.isnan(answer.mu_static[-1]) and np.isnan(answer.mu_kinetic_sigma[-1])
-    assert answer.status[-1] == FrictionStatus.NEGATIVE and "sign" in answer.sentence[-1]
 
 
 @pytest.mark.parametrize("then", [0.28, 0.6])
@@ -162,18 +105,6 @@ def test_a_breakaway_of_15_ms_is_seen_where_the_rate_allows_it_and_else_not_told
         assert np.isnan(found.mu_static).all() and found.status[-1] == FrictionStatus.OK
 
 
-def test_no_movement_no_contact_and_faults_are_statuses():
-    rows = slide(seconds=2.0)
-    estimator = Friction()
-    assert (estimator.process(rows[:1000]).status == FrictionStatus.NOT_SLIDING).all()
-    before = repr(estimator.state)
-    for bad in ((math.nan, 1.0, 0.0), (0.1, math.inf, 3.0), (0.1, 1.0, math.nan)):
-        assert estimator.update(bad).status == FrictionStatus.BAD_INPUT
-    assert repr(estimator.state) == before
-    assert estimator.process([(0.1, 0.0, 30.0)] * 5).status[-1] == FrictionStatus.NO_CONTACT
-    assert all(isinstance(text, str) for text in estimator.process(rows[:5]).sentence)
-
-
 @pytest.mark.parametrize("column, value", [(1, 50.0), (1, 500.0), (1, 0.0), (0, 50.0), (0, -500.0), (2, 1e4)])
 @pytest.mark.parametrize("samples", [1, 2])
 def test_single_wrong_samples_leave_no_trace(column, value, samples):
@@ -182,44 +113,6 @@ def test_single_wrong_samples_leave_no_trace(column, value, samples):
     rows[5500 : 5500 + samples, column] = value
     found = Friction().process(rows)
     np.testing.assert_allclose(found.mu_kinetic[5600:], clean.mu_kinetic[5600:], atol=0.01)
-
-
-def test_unusable_parameters_and_rows_are_refused():
-    for name in ("sample_rate_Hz", "rest_mm_s", "contact_N", "memory_mm", "offset_sigma_N"):
-        with pytest.raises(InputError, match=f"{name} must be greater than 0"):
-            Friction(**{name: 0})
-    with pytest.raises(InputError, match="n x 3 .*got 4 x 2"):
-        Friction().process(np.zeros((4, 2)))
-    with pytest.raises(InputError, match="got 2 values"):
-        Friction().update((1.0, 2.0))
-    assert Friction().process(np.zeros((0, 3))).status.shape == (0,)
-
-
-def test_readings_without_any_noise_keep_a_sigma():
-    found = Friction().process(swipe(0.5, 0.5, seconds=20.0, scatter=0.0))
-    assert np.isfinite(found.mu_kinetic[1000:]).all() and (found.mu_kinetic_sigma[1000:] > 1e-4).all()
-
-
-def strokes(noise_mm_s, speed, seed=0):
-    """Rests of 1 s and strokes of 3 s both ways, mu 0.4, the static peak 0.5; noise of the velocity alone."""
-    time = np.arange(0, 16, 0.002)
-    moving = (time % 4.0) > 1.0
-    velocity = np.where(moving, np.where(time % 8 < 4, speed, -speed), 0.0)
-    start = moving & ((time % 4.0) < 1.05)
-    tangential = 0.05 + np.sign(velocity) * np.where(start, 0.25, 0.2)
-    measured = velocity + noise_mm_s * np.random.default_rng(seed).normal(size=len(time))
-    return np.column_stack([tangential, np.full(len(time), 0.5), measured])
-
-
-@pytest.mark.parametrize("noise_mm_s, speed", [(0.0, 0.6), (0.02, 0.8), (3.0, 60.0)])
-def test_rests_are_recognised_by_the_noise_of_the_velocity(noise_mm_s, speed):
-    """Slower than 1 mm/s it slides too, and noise far above 1 mm/s is not sliding."""
-    samples = strokes(noise_mm_s, speed)
-    answer = Friction(sample_rate_Hz=500.0).process(samples)
-    assert answer.mu_kinetic[-1] == pytest.approx(0.4, abs=0.02)
-    assert answer.mu_static[-1] == pytest.approx(0.5, abs=0.03)
-    if speed < 1:
-        assert np.isnan(Friction(sample_rate_Hz=500.0, rest_mm_s=1.0).process(samples).mu_kinetic[-1])
 
 
 @pytest.mark.parametrize("seed", range(6))

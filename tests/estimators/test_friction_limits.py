@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from papilla.estimators.friction import Friction, FrictionStatus
-from papilla.estimators.friction.estimator import Direction, Peak
+from papilla.estimators.friction.direction import Direction, Peak
 from papilla.estimators.friction.offset import (
     AIR_SIGMA_N,
     ANISOTROPY_SIGMA,
@@ -86,15 +86,6 @@ def test_a_rest_counts_where_the_pull_fell_by_more_than_half_and_nothing_better_
         assert offset.all.value_N == pytest.approx(0.1, abs=0.01), "(0.5 - 0.3) / 2"
 
 
-def test_a_direction_is_the_ratio_of_means_and_follows_the_offset_at_once():
-    way = Direction(-1)
-    for normal in (1.0, 2.0) * 10:
-        assert way.take(BlockMeans(0.1 - 0.4 * normal, normal, -30.0, 0.0), 40, 0.1, 0.0)
-    assert way.mu(0.1) == pytest.approx(0.4) and way.mu(0.0) == pytest.approx(0.4 - 0.1 / way.normal)
-    assert way.stroke.blocks == 20 and way.stroke.spread == pytest.approx(0.0, abs=1e-20)
-    assert way.log_variance == pytest.approx((0.5 * math.log(2)) ** 2, rel=0.3)
-
-
 def test_a_look_five_scatters_off_is_left_out_and_the_third_in_a_row_is_a_change():
     for sigmas, learnt in ((4.9, True), (5.1, None)):
         way = Direction(1)
@@ -137,15 +128,6 @@ def test_below_the_rest_speed_the_finger_rests():
     assert own.state.top == pytest.approx(30.0, rel=0.01)
     own.process([(0.4, 1.0, 2.0)] * 50_000)
     assert own.state.top == pytest.approx(30 * math.exp(-2), rel=0.02)
-
-
-def test_a_look_that_holds_a_turn_is_a_rest():
-    own = Friction()
-    own.process([STEADY] * 200)
-    own.process([STEADY] * 20 + [(-0.4, 1.0, -30.0)] * 20)
-    assert own.state.heading == 0
-    own.process([(-0.4, 1.0, -30.0)] * 40)
-    assert own.state.heading == own.state.last == -1 and own.state.settling == 1
 
 
 def test_lost_contact_ends_a_start():

@@ -52,12 +52,6 @@ def test_disturbed_readings(case):
     assert (found.status[np.isnan(block[:, 0])] == TrackingStatus.MISSING).all()
 
 
-@pytest.mark.parametrize("rate", [500.0, 2000.0, 10_000.0])
-def test_other_sampling_rates(rate):
-    found, ok = tracked(grating(2.4, sample_rate_Hz=rate).block(), sample_rate_Hz=rate)
-    assert ok[round(rate) :].all() and found.wavelength_mm[round(rate) :] == pytest.approx(2.4, rel=5e-3)
-
-
 def test_standing_still_for_two_seconds():
     """Nobody says that noise at rest is a texture; what is held is right, and no surer than before; then it goes on."""
     made, rng = grating(), np.random.default_rng(5)
@@ -79,38 +73,6 @@ def test_neither_noise_nor_a_dead_gauge_is_a_texture(tracker, seed):
         found = tracker().process(np.column_stack([reading, np.full(1500, 100.0)]))
         assert not any(sentence.startswith("ok") for sentence in found.sentence)
         assert reading is noise or np.isnan(found.wavelength_mm).all()
-
-
-def test_a_saturated_stretch():
-    """At the rail for 300 ms: each such sample says so, and half a second later the wavelength is known again."""
-    block = grating(seconds=2.4).block()
-    block[1000:1300, 0] = 4.0
-    found, ok = tracked(block, saturation=3.0)
-    assert set(found.status[1000:1300]) == {int(TrackingStatus.MISSING)}
-    assert found.wavelength_mm[1800:] == pytest.approx(1.2, rel=5e-3) and not ok[1000:1300].any()
-
-
-def test_an_unknown_velocity_gives_no_new_wavelength():
-    block = grating(seconds=0.9).block()
-    block[600:, 1] = math.nan
-    found, _ = tracked(block)
-    assert set(found.status[605:]) == {int(TrackingStatus.NO_VELOCITY)} and np.isnan(found.frequency_Hz[605:]).all()
-    assert found.wavelength_mm[605:] == pytest.approx(1.2, rel=0.02)
-
-
-def test_aliases_are_refused():
-    """2500 mm/s at 1 kHz: not even 5 mm is sampled twice a period, so nothing between 0.4 and 4 mm can be told."""
-    reading = np.sin(2 * math.pi * 2.5 * np.arange(900) / 1.2)
-    found, _ = tracked(np.column_stack([reading, np.full(900, 2500.0)]), wavelength_range_mm=(0.4, 4.0))
-    assert set(found.status[300:]) == {int(TrackingStatus.ALIASED)} and np.isnan(found.wavelength_mm[300:]).all()
-
-
-def test_of_two_equal_wavelengths_one_or_none_is_told():
-    block = grating().block()
-    block[:, 0] += scene("const", 2.1, snr_dB=30.0, seed=11, seconds=1.8).readings[:, 0]
-    answer = tracked(block)[0].wavelength_mm[1000:]
-    near = [np.abs(answer / truth - 1) < 0.02 for truth in (1.2, 2.1)]
-    assert np.mean(near[0] | near[1] | np.isnan(answer)) > 0.95
 
 
 DRAWN = [

@@ -7,7 +7,7 @@ import pytest
 
 from papilla.calibration import SoftnessStatus
 from papilla.core.errors import InputError
-from papilla.estimators import Doubts, GaugeSoftness, Softness
+from papilla.estimators import Doubts, Softness
 
 PRESS = 0.2 + 0.7 * np.sin(np.linspace(0.05, 3, 80)) ** 2
 
@@ -54,27 +54,6 @@ def test_it_reaches_the_bound_without_bias(calibration, touch, modulus, gauge_si
     assert np.mean(sigma / found) == pytest.approx(best, rel=0.05)
 
 
-def test_a_poor_force_sensor_does_not_bias_a_light_press(calibration, touch):
-    """17 % of force noise over a bent S_d: the force that S_d itself measures is where it is linearised."""
-    estimator, error, sigma = exact(calibration, gauge_sigma=20, force_sigma_N=0.02), [], []
-    light, rng = np.linspace(0.11, 0.13, 200), np.random.default_rng(7)
-    for _ in range(40):
-        estimator.reset()
-        found = estimator.process(touch(0.05, light, 20, 0.02, rng))
-        error.append(math.log(found.modulus_MPa[-1] / 0.05))
-        sigma.append(found.modulus_sigma_MPa[-1] / found.modulus_MPa[-1])
-    best = bound(calibration, 0.05, light, 20, 0.02)
-    assert abs(np.mean(error)) < (0.1 + 0.26) * best
-    assert 0.8 < np.sqrt(np.mean(np.square(np.array(error) / sigma))) < 1.25
-
-
-def test_noise_of_the_gauges_does_not_add_to_their_standard_deviation(calibration, touch):
-    """A fifth of S_d, which would make the specimen softer by 6 %."""
-    rows = touch(0.05, np.full(2000, 0.12), 1000, 0.0, np.random.default_rng(2))
-    found = exact(calibration, gauge_sigma=1000, force_sigma_N=1e-6).process(rows)
-    assert abs(found.modulus_MPa[-1] - 0.05) < 3 * found.modulus_sigma_MPa[-1] < 0.05 * 0.05
-
-
 def test_without_noise_it_is_the_inverse(calibration, touch):
     estimator = exact(calibration, gauge_sigma=1e-6, force_sigma_N=0.0)
     for modulus in (0.021, 0.089, 0.51, 4.9):
@@ -107,16 +86,6 @@ def test_bad_samples_are_answered_by_a_status_and_teach_nothing(calibration, tou
         assert clean.update(row) == troubled.update(row)
 
 
-def test_lost_contact_ends_what_was_learnt(calibration, touch):
-    estimator = exact(calibration, gauge_sigma=20, force_sigma_N=0.002)
-    estimator.process(touch(0.05, PRESS, 20, 0.002))
-    away = estimator.update([1, 2, 3, 4, 5, 0.001])
-    assert away.status == SoftnessStatus.NO_CONTACT and math.isnan(away.modulus_MPa)
-    assert estimator.state.filter is None
-    found = estimator.process(touch(0.6, PRESS, 20, 0.002))
-    assert found.modulus_MPa[-1] == pytest.approx(0.6, rel=0.1)
-
-
 def test_a_finite_memory_follows_another_specimen(calibration, touch):
     estimator = exact(calibration, gauge_sigma=5, force_sigma_N=0.0005, memory_s=0.02)
     force = np.full(400, 0.5)
@@ -140,25 +109,6 @@ def test_specimens_beyond_the_calibrated_moduli(calibration):
         assert all(math.isnan(answer.modulus_MPa) for answer in answers)
 
 
-def test_hard_specimens_are_not_identifiable_until_enough_was_seen(calibration, touch):
-    estimator = exact(calibration, gauge_sigma=300, force_sigma_N=0.03)
-    found = estimator.process(touch(2.0, np.full(2000, 0.5), 300, 0.03, np.random.default_rng(6)))
-    told = np.isin(found.status, (SoftnessStatus.NOT_IDENTIFIABLE, SoftnessStatus.OK))
-    assert SoftnessStatus.NOT_IDENTIFIABLE in found.status[:200] and found.status[-1] == SoftnessStatus.OK
-    share = found.modulus_sigma_MPa[told] / found.modulus_MPa[told]
-    np.testing.assert_array_equal(share > 0.5, found.status[told] == SoftnessStatus.NOT_IDENTIFIABLE)
-
-
-def test_mesh_scatter_does_not_average_out(make, touch):
-    """Sigma of a long press ends at that of the calibration itself."""
-    estimator = exact(make(fit_rms=0.001, scatter=0.004), gauge_sigma=1, force_sigma_N=1e-5)
-    found = estimator.process(touch(0.3, np.full(500, 0.5), 1, 1e-5))
-    own = make(fit_rms=0.001, scatter=0.004)
-    expected = own.invert(own.predict(0.5, 0.3), 0.5)
-    share = found.modulus_sigma_MPa[-1] / found.modulus_MPa[-1]
-    assert share == pytest.approx(expected.sigma_MPa / expected.modulus_MPa, rel=0.05)
-
-
 def test_where_s_d_does_not_rise_nothing_is_told(make, touch):
     """Force cells of which no modulus is usable, and a calibration that has none at all."""
     usable = np.tile([0, 24], (8, 1))
@@ -169,21 +119,3 @@ def test_where_s_d_does_not_rise_nothing_is_told(make, touch):
     assert status.tolist() == [blocked, blocked, SoftnessStatus.OK, blocked, SoftnessStatus.OK]
     with pytest.raises(InputError, match="does not rise with the modulus"):
         exact(make(usable=np.zeros((8, 2), int)), gauge_sigma=20, force_sigma_N=0.002)
-
-
-@pytest.mark.parametrize("kind", [Softness, GaugeSoftness])
-@pytest.mark.parametrize(
-    "name, values",
-    [
-        ("gauge_sigma", (0, -1.0, math.nan)), ("force_sigma_N", (-1.0,)), ("contact_force_N", (0, -1)),
-        ("saturation", (0, -5)), ("stuck_samples", (1,)),
-    ],
-)  # fmt: skip
-def test_unusable_options_are_refused(calibration, five_gauges, kind, name, values):
-    known = calibration if kind is Softness else five_gauges
-    for value in values:
-        with pytest.raises(InputError, match=name):
-            kind(known, **({"gauge_sigma": 20, "force_sigma_N": 0.002} | {name: value}))
-    for memory_s in (0, -1, math.nan):
-        with pytest.raises(InputError, match="memory_s must be greater than 0"):
-            Softness(calibration, gauge_sigma=20, force_sigma_N=0.002, memory_s=memory_s)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from papilla.calibration import SoftnessStatus
-from papilla.core.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Softness
 from papilla.estimators.health import unpack
 
@@ -76,59 +75,6 @@ def test_sigma_holds_what_is_not_known_and_no_gauge_is_blamed(five_gauges, spoil
                 inside.append(abs(math.log(answer.modulus_MPa[-1] / modulus)) < 2 * relative(answer))
     assert np.mean(inside) >= 0.9 and len(inside) >= 10 and blamed <= 1
     assert answered >= 6 or force is HOLD, "a press tells the modulus from the thickness, a hold hardly"
-
-
-@pytest.mark.parametrize("force", [PRESS, HOLD], ids=["press", "hold"])
-def test_a_thickness_that_is_not_known_is_in_sigma_and_a_stated_one_is_not(five_gauges, force):
-    """A block of 3 mm presses like one that is harder the more it is pressed."""
-    noise = {"gauge_sigma": 20, "force_sigma_N": 0.002}
-    rng = np.random.default_rng(0)
-    for modulus in (0.05, 0.2):
-        harder = modulus * np.exp(1.62 * force**0.72)
-        readings = np.array([
-            five_gauges.predict_readings(f, min(e, 5.0)) for f, e in zip(force, harder, strict=True)
-        ])  # fmt: skip
-        rows = np.column_stack([readings + 20 * rng.normal(size=readings.shape), force])
-        unknown = GaugeSoftness(five_gauges, **noise).process(rows)
-        known = GaugeSoftness(five_gauges, **noise, doubts=Doubts(thickness_mm=3.0)).process(rows)
-        for answer in (unknown, known):
-            if answer.status[-1] in ANSWERED:
-                assert abs(math.log(answer.modulus_MPa[-1] / modulus)) < 2.3 * relative(answer)
-        assert abs(math.log(known.modulus_MPa[-1] / modulus)) < 0.25
-        assert relative(known) < 0.7
-        assert relative(unknown) > 0.15
-
-
-def test_doubts_cost_clean_readings_nothing(five_gauges):
-    doubting = GaugeSoftness(five_gauges, gauge_sigma=20, force_sigma_N=0.002)
-    sure = GaugeSoftness(five_gauges, gauge_sigma=20, force_sigma_N=0.002, doubts=Doubts.NONE)
-    errors = []
-    for seed in range(10):
-        rows = samples(five_gauges, 0.3, PRESS, lambda readings, force, rng: (readings, force), seed)
-        errors.append([math.log(own.process(rows).modulus_MPa[-1] / 0.3) for own in (doubting, sure)])
-        doubting.reset()
-        sure.reset()
-    doubted, trusted = np.sqrt(np.mean(np.square(errors), axis=0))
-    assert doubted <= 1.2 * trusted and trusted < 0.01
-
-
-@pytest.mark.parametrize("name", ["gauge_gain", "creep", "zero_microstrain", "force_gain", "beside_mm"])
-def test_unusable_doubts_are_refused(name):
-    for value in (-0.1, math.nan, math.inf):
-        with pytest.raises(InputError, match=f"{name} must be at least 0 and finite, got"):
-            Doubts(**{name: value})
-    with pytest.raises(InputError, match="thickness_mm must be greater than 0, or None"):
-        Doubts(thickness_mm=0)
-
-
-@pytest.mark.parametrize("doubted, share", [(0.0, 0.0), (20.0, 40 / 41), (200.0, 1.0)])
-def test_zeros_are_learnt_in_the_air_as_far_as_they_are_in_doubt(five_gauges, doubted, share):
-    """Sixty samples of noise 20 and zeros of 100, of which the last twenty wait: what is in no doubt is not learnt."""
-    doubts = Doubts(zero_microstrain=doubted)
-    own = GaugeSoftness(five_gauges, gauge_sigma=20, force_sigma_N=0.002, doubts=doubts)
-    air = np.random.default_rng(1).normal(100, 20, (60, 5))
-    own.process(np.column_stack([air, np.zeros(60)]))
-    np.testing.assert_allclose(own.state.zeros[:5], share * air[:40].mean(axis=0), rtol=1e-3, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", [GaugeSoftness, Softness])

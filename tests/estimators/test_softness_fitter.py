@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.estimators import Doubts
-from papilla.estimators.softness.channels import SPREAD_FORCE, ZERO_WALK, GaugeSurfaces
+from papilla.estimators.softness.channels import SPREAD_FORCE, ZERO_WALK, GaugeSurfaces, distance_curve
 from papilla.estimators.softness.fitter import CELL_ERROR_SHARE, FilterState, Fitter, Residuals
 from papilla.estimators.stream import completed
 
@@ -188,15 +188,6 @@ def test_the_estimate_of_noise_alone_stands_while_it_explains_the_readings(own):
     assert own.h_of_noise(changed(state, score=1e9)) == own.top and own.h_of_noise(changed(state, score=-1e9)) == 0.0
 
 
-def test_h_rises_with_the_modulus_and_ends_where_the_calibration_does(own):
-    (low, _), (high, _) = own.ln_modulus(0.0), own.ln_modulus(own.top)
-    assert (math.exp(low), math.exp(high)) == pytest.approx((0.02, 5.0))
-    assert own.ln_modulus(-1.0)[0] == low and own.ln_modulus(2 * own.top)[0] == high
-    h = 0.3 * own.top
-    rise = own.ln_modulus(h + 1e-6)[0] - own.ln_modulus(h - 1e-6)[0]
-    assert 2e-6 / rise == pytest.approx(own.ln_modulus(h)[1], rel=1e-4)
-
-
 def test_the_doubt_that_dominates_is_the_one_that_would_take_most_off_sigma(own):
     """In a belief where h depends on creep, on the gauges' gains, or on nothing but noise."""
     size, h = own.size, near(own).at[2]
@@ -231,3 +222,16 @@ def test_what_others_expect_of_a_channel_is_the_conditional_mean(own):
         assert rest == pytest.approx(innovation[at] - mean)
         conditional = S[np.ix_(at, at)] - across @ np.linalg.solve(S[others], across.T)
         assert variance == pytest.approx(np.diag(conditional))
+
+
+def test_a_distance_curve_has_its_slopes_where_they_let_it_rise():
+    """Between nodes it is their mean; a slope below a thousandth of the steepest counts as that."""
+    slopes = np.array([2.0, 1.5, 1.0, 0.8, 0.0])
+    curve = distance_curve(slopes, -3.0, 4.0)
+    assert curve.values == pytest.approx(np.cumsum([0, 3.5 / 8, 2.5 / 8, 1.8 / 8, 0.802 / 8]))
+    for node, slope in zip(-3.0 + np.arange(5) / 4.0, [*slopes[:4], 0.002], strict=True):
+        at, found = curve.solve(curve.values[round(4 * (node + 3))], 0, 4)
+        assert (at, found) == pytest.approx((node, slope), abs=1e-4)
+    steep = distance_curve(np.array([9.0, 1.0, 0.01]), 0.0, 1.0)
+    inner = [steep.solve(value, 0, 2)[1] for value in np.linspace(0, steep.values[-1], 50)]
+    assert min(inner) > 0

@@ -8,7 +8,6 @@ import pytest
 from papilla.calibration import SoftnessStatus
 from papilla.core.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Softness, TouchState
-from papilla.estimators.health import Fault, unpack
 
 OK, AWAY = int(SoftnessStatus.OK), int(SoftnessStatus.NO_CONTACT)
 REST = (5.0,) * 5 + (0.02,)
@@ -32,19 +31,6 @@ def test_a_touch_begins_at_the_contact_that_explains_its_first_samples(five_gaug
     assert set(found.status.tolist()) <= {OK, int(SoftnessStatus.NOT_IDENTIFIABLE), int(SoftnessStatus.LEFT_OUT)}
     assert found.force_N[-1] == pytest.approx(force, rel=2e-3)
     assert abs(found.modulus_MPa[-1] - modulus) < found.modulus_sigma_MPa[-1]
-
-
-@pytest.mark.parametrize("channel", range(5))
-@pytest.mark.parametrize("modulus", [0.05, 0.5])
-def test_of_a_first_sample_that_fits_badly_the_wrong_gauge_is_found(five_gauges, channel, modulus):
-    """A gauge whose sign is flipped from the begin; what is told is right whether or not that one is named."""
-    force = 0.2 + 0.6 * np.sin(np.linspace(0.1, 1.6, 60))
-    rows = np.column_stack([five_gauges.predict_readings(force, modulus), force])
-    rows += np.random.default_rng(channel).normal(size=rows.shape) * ([20.0] * 5 + [0.002])
-    rows[:, channel] *= -1
-    found = GaugeSoftness(five_gauges, gauge_sigma=20.0, force_sigma_N=0.002, doubts=Doubts.NONE).process(rows)
-    assert unpack(int(found.left_out[-1]), 6)[channel] == Fault.SIGN_FLIPPED
-    assert abs(found.modulus_MPa[-1] - modulus) < 4 * found.modulus_sigma_MPa[-1]
 
 
 def test_s_d_is_refused_outside_the_forces_by_more_than_their_noise(calibration):
@@ -80,14 +66,6 @@ def test_zeros_are_learnt_from_rests_that_agree(made):
     assert own.state.zeros == pytest.approx(REST, rel=0.01)
 
 
-@pytest.mark.parametrize("step, learnt", [(3.0, True), (60.0, False)])
-def test_a_rest_is_learnt_only_when_the_next_one_agrees(made, step, learnt):
-    """Twenty samples of noise 20 each, so 3 microstrain are noise and 60 the begin of a press."""
-    own = made()
-    own.process([(5.0,) * 5 + (0.0,)] * 20 + [(step,) * 5 + (0.0,)] * 20)
-    assert (own.state.airborne == 20) == learnt
-
-
 def test_zeros_known_from_the_air_are_doubted_by_half(five_gauges):
     """After fifty samples in the air; sigma of a touch under a doubt of zeros alone falls by as much."""
     doubts = Doubts(0.0, 0.0, 400.0, 0.0, 0.0, 0.0, 10.0, 0.0)
@@ -100,19 +78,6 @@ def test_zeros_known_from_the_air_are_doubted_by_half(five_gauges):
             own.process(np.zeros((airborne, 6)))
         sigmas.append(own.process(rows).modulus_sigma_MPa[-1])
     assert sigmas[1] == pytest.approx(sigmas[0], rel=1e-3) and sigmas[2] == pytest.approx(0.5 * sigmas[0], rel=0.1)
-
-
-def test_a_channel_that_fits_again_is_used_again_and_distrusted_for_longer_each_time(five_gauges):
-    """It must fit for a while; and after it was wrong again it must fit for longer."""
-    force = np.full(4000, 0.4) + 0.05 * np.sin(np.arange(4000) / 9)
-    rows = np.column_stack([five_gauges.predict_readings(force, 0.2), force])
-    rows += np.random.default_rng(1).normal(size=rows.shape) * ([20.0] * 5 + [0.002])
-    rows[200:260, 1] += 3000
-    found = GaugeSoftness(five_gauges, gauge_sigma=20.0, force_sigma_N=0.002, doubts=Doubts.NONE).process(rows)
-    out = np.array([bool(unpack(int(left), 6)[1]) for left in found.left_out])
-    assert not out[:200].any() and out[205:260].mean() > 0.8 and not out[300:].any()
-    answered = np.isfinite(found.modulus_MPa)
-    assert (np.abs(found.modulus_MPa - 0.2) < 5 * found.modulus_sigma_MPa)[answered].all() and answered[300:].all()
 
 
 def test_a_state_is_of_this_many_gauges(made):

@@ -22,30 +22,18 @@ import numpy as np
 from papilla.core import checks
 from papilla.core.status import Status
 from papilla.core.units import SAMPLE_RATE_HZ
-from papilla.estimators.friction.offset import (
-    FORCE_EXPONENT_RMS,
-    MEMORY_BLOCKS,
-    BlockMeans,
-    ForceOffset,
-    Source,
-    Stroke,
+from papilla.estimators.friction.direction import (
+    BREAKAWAY_MEDIAN_SAMPLES,
+    CHANGE_BLOCKS,
+    LEAST_SCATTER,
+    Direction,
+    Peak,
 )
+from papilla.estimators.friction.offset import FORCE_EXPONENT_RMS, BlockMeans, ForceOffset, Source, Stroke
 from papilla.estimators.stream import Stream
 
-PRIOR_MU_SCATTER, SCATTER_BLOCKS = 0.04, 4.0
-"""Prior relative scatter of mu from block to block, and the number of blocks that this prior counts as."""
-LEAST_SCATTER = 1e-3
-"""Smallest relative scatter of mu: the linearity of a good force sensor."""
 MU_WANDER = 0.03
 """Relative standard deviation of the change of mu in 1 s of sliding; it grows with the root of the time."""
-OUTLIER_SCATTERS, CHANGE_BLOCKS = 5.0, 3
-"""A block that is OUTLIER_SCATTERS scatters away from the mean is an outlier; CHANGE_BLOCKS consecutive outliers are a
-change of friction."""
-SLOW_BLOCKS = 100.0
-"""Number of blocks over which the slow mean of mu is taken."""
-BREAKAWAY_MEDIAN_SAMPLES = 5
-"""Number of samples whose median is a candidate for the peak of a breakaway, so that a single faulty sample cannot be
-one."""
 BLOCK_S, TRIMMED_SHARE = 0.04, 0.1
 """Length of a block; and the share of the largest and of the smallest samples that its means leave out, at least one of
 each."""
@@ -113,103 +101,8 @@ class FrictionEstimate(NamedTuple):
 
 
 NOT_SLIDING = FrictionEstimate()
-NO_CONTACT, BAD_INPUT_FRICTION = (
-    NOT_SLIDING._replace(status=int(FrictionStatus[name])) for name in ("NO_CONTACT", "BAD_INPUT")
-)
-
-
-class Peak(NamedTuple):
-    """Pull and normal force in N at the moment when a start pulls most, by the `ratio` minus its noise; and the pull's
-    sigma."""
-
-    ratio: float = -math.inf
-    pull: float = math.nan
-    normal: float = math.nan
-    sigma: float = 0.0
-
-
-@dataclass
-class Direction:
-    """One direction, s = 1 or -1.
-
-    pull, normal : means of s T and N, over `blocks` since the last change. variance : of a block's mu about the mean;
-    error : deviation of the last block; age : time of sliding since then, s. log_normal, log_variance : mean and
-    variance of ln N. slow_mu : slow mean of mu. stroke : sums over the last stroke. outliers : (s T, N) of the last
-    blocks, if they contradict the mean. peak : of the present start; breakaway : of the last start.
-    """
-
-    s: int
-    pull: float = 0.0
-    normal: float = 1.0
-    blocks: float = 0.0
-    variance: float = 0.0
-    error: float = 0.0
-    age: float = 0.0
-    log_normal: float = 0.0
-    log_variance: float = 0.0
-    slow_mu: float = 0.0
-    stroke: Stroke = Stroke()
-    outliers: tuple[tuple[float, float], ...] = ()
-    peak: Peak = Peak()
-    breakaway: Peak = Peak()
-
-    def mu(self, offset: float) -> float:
-        """The kinetic coefficient with this offset."""
-        return (self.pull - self.s * offset) / self.normal
-
-    def take(self, block: BlockMeans, samples: int, offset: float, gain: float) -> bool | None:
-        """Take a block of `samples` samples, with at least this gain. Returns True if it was learnt, None if it was
-        left out because it contradicts the mean, and False if it was the third such block in a row, so that the means
-        begin again."""
-        taken, mu = [(self.s * block.tangential, block.normal)], self.mu(offset)
-        error = self.s * (block.tangential - offset) / block.normal - mu
-        outlier = self.blocks and error**2 > OUTLIER_SCATTERS**2 * (self.variance + (LEAST_SCATTER * mu) ** 2)
-        self.outliers = (*self.outliers, *taken) if outlier else ()
-        if 0 < len(self.outliers) < CHANGE_BLOCKS:
-            return None
-        # Three in a row agree that the friction changed: forget the mean, and begin with these three.
-        if changed := bool(self.outliers):
-            taken, self.outliers, self.blocks = list(self.outliers), (), 0.0
-        for pull, normal in taken:
-            self._learn(pull, normal, block.noise**2 / samples, offset, gain)
-        return not changed
-
-    def _learn(self, pull: float, normal: float, noise: float, offset: float, gain: float) -> None:
-        own, log = (pull - self.s * offset) / normal, math.log(normal)
-        if not self.blocks:
-            self.pull, self.normal, self.log_normal, self.slow_mu = pull, normal, log, self.slow_mu or own
-            self.variance = max(self.variance, (PRIOR_MU_SCATTER * own) ** 2 + noise / normal**2)
-        # Scatter is a slow mean that begins with its prior; mu is a fast one with `gain`, but a plain mean at first.
-        self.blocks = min(self.blocks + 1, MEMORY_BLOCKS)
-        share, gain = 1 / (SCATTER_BLOCKS + self.blocks), max(gain, 1 / self.blocks)
-        self.variance += share * ((own - self.mu(offset)) ** 2 - self.variance)
-        self.log_variance += share * ((log - self.log_normal) ** 2 - self.log_variance)
-        self.log_normal += share * (log - self.log_normal)
-        self.slow_mu += (own - self.slow_mu) / SLOW_BLOCKS
-        # T and N are averaged apart, without the offset, so that mu follows at once when the offset is known better.
-        self.pull += gain * (pull - self.pull)
-        self.normal += gain * (normal - self.normal)
-        self.error, self.age = own - self.mu(offset), 0.0
-        ratio, inverse, logs, spread, blocks = self.stroke
-        ratio, inverse, blocks = ratio + pull / normal, inverse + 1 / normal, blocks + 1
-        spread += (own - (ratio - self.s * offset * inverse) / blocks) ** 2
-        self.stroke = Stroke(ratio, inverse, logs + log, spread, blocks)
-
-    def start(self, window: np.ndarray, noise: float, offset: float, least_N: float) -> None:
-        """Keep the moment when a start pulls most, from samples (n, 3): medians of five, minus twice the noise, over
-        the force."""
-        normal = np.maximum(
-            window[BREAKAWAY_MEDIAN_SAMPLES // 2 : len(window) - BREAKAWAY_MEDIAN_SAMPLES // 2, 1], least_N
-        )
-        pulls = np.sort(
-            self.s * window[:, 0][np.arange(BREAKAWAY_MEDIAN_SAMPLES) + np.arange(len(normal))[:, None]], axis=1
-        )
-        middle, spread = pulls[:, BREAKAWAY_MEDIAN_SAMPLES // 2], pulls[:, -1] - pulls[:, BREAKAWAY_MEDIAN_SAMPLES // 2]
-        ratios = (middle - 2 * noise - self.s * offset) / normal
-        best = int(ratios.argmax())
-        # A peak of few samples is higher than the median, by about half of their spread.
-        peak = Peak(*(float(values[best]) for values in (ratios, middle + spread / 2, normal, spread)))
-        self.peak = max(self.peak, peak)
+NO_CONTACT = NOT_SLIDING._replace(status=int(FrictionStatus.NO_CONTACT))
+BAD_INPUT_FRICTION = NOT_SLIDING._replace(status=int(FrictionStatus.BAD_INPUT))
 
 
 @dataclass
@@ -329,7 +222,7 @@ class Friction(Stream):
         """Decide whether a block is air, rest, start or steady sliding, and learn from it."""
         memory, offset = self._memory, self._memory.offset
         forces, normals, velocities = zip(*window, strict=True)
-        force, normal, velocity = (_middle(own[-self._size :]) for own in (forces, normals, velocities))
+        force, normal, velocity = (_middle(column[-self._size :]) for column in (forces, normals, velocities))
         block = BlockMeans(_mean(force), _mean(normal), _mean(velocity), _noise(forces))
         heading = self._heading(velocities, block.velocity)
         # Any sample without contact ends the stroke. Only a block entirely without contact shows the offset.
@@ -378,8 +271,8 @@ class Friction(Stream):
         direction = memory.directions[heading < 0]
         least, pull = NO_PULL * direction.slow_mu * block.normal, heading * (block.tangential - offset.all.value_N)
         # The test needs an offset whose error is smaller than the pull in question.
-        known = offset.observed or offset.prior.variance_N2 < least**2
-        idle = direction.blocks > 0 and known and pull <= least
+        sure = offset.observed or offset.prior.variance_N2 < least**2
+        idle = direction.blocks > 0 and sure and pull <= least
         if idle and memory.heading == heading and self._settled():
             memory.remark = FrictionStatus.NO_PULL
         return idle
@@ -401,8 +294,8 @@ class Friction(Stream):
         # A velocity that is only a sign tells no path: a usual slow speed is assumed.
         memory.slid += path if abs(block.velocity) != 1.0 else SIGN_MM_S * self._block_s
         offset.moving = block.tangential, block.normal
-        for each in memory.directions:
-            each.age += self._block_s
+        for way in memory.directions:
+            way.age += self._block_s
         if not self._settled():
             return [direction]
         if not before:
@@ -411,7 +304,7 @@ class Friction(Stream):
                 direction.breakaway = direction.peak._replace(sigma=math.hypot(direction.peak.sigma, block.noise))
             memory.standing = True
             self._forget_start()
-            offset.keep_turns(*(each.stroke for each in memory.directions))
+            offset.keep_turns(*(way.stroke for way in memory.directions))
             direction.stroke, direction.outliers = Stroke(), ()
         # Weight of one block in a mean that fades over 0.1 s, or over the stated path.
         gain = 1 - math.exp(-self._block_s / MEMORY_S if self._length is None else -path / self._length)
@@ -423,7 +316,7 @@ class Friction(Stream):
             memory.remark = FrictionStatus.CHANGED
         elif memory.remark != FrictionStatus.CHANGED or direction.blocks >= 2 * CHANGE_BLOCKS:
             memory.remark = FrictionStatus.OK
-        offset.sliding(block, *(each.stroke for each in memory.directions))
+        offset.sliding(block, *(way.stroke for way in memory.directions))
         return []
 
     def _answer(self, direction: Direction) -> FrictionEstimate:

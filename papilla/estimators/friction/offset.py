@@ -68,12 +68,12 @@ class Stroke(NamedTuple):
 
 def combined(*readings: Source) -> Source:
     """Weighted mean of independent readings; its variance grows if they contradict each other."""
-    known = [reading for reading in readings if reading.variance_N2 < math.inf]
-    if not known:
+    sources = [reading for reading in readings if reading.variance_N2 < math.inf]
+    if not sources:
         return Source()
-    variance = 1 / math.fsum(1 / own for _, own in known)
-    value = variance * math.fsum(own / spread for own, spread in known)
-    conflict = math.fsum((own - value) ** 2 / spread for own, spread in known) / CONFLICT_SQUARES
+    variance = 1 / math.fsum(1 / spread for _, spread in sources)
+    value = variance * math.fsum(place / spread for place, spread in sources)
+    conflict = math.fsum((place - value) ** 2 / spread for place, spread in sources) / CONFLICT_SQUARES
     return Source(value, variance * max(conflict, 1.0))
 
 
@@ -113,8 +113,8 @@ class ForceOffset:
         value, variance = self.air if self.air_blocks > 1 else (block.tangential, 0.0)
         error = block.tangential - value
         # A small normal force may be a light contact, which has friction.
-        own = AIR_SIGMA_N**2 + (0.5 * block.normal) ** 2 + block.noise**2 / samples + error**2
-        self.air = Source(value + error / self.air_blocks, variance + (own - variance) / self.air_blocks)
+        spread = AIR_SIGMA_N**2 + (0.5 * block.normal) ** 2 + block.noise**2 / samples + error**2
+        self.air = Source(value + error / self.air_blocks, variance + (spread - variance) / self.air_blocks)
         # A rest is left out: air is the better evidence of the same thing.
         self.all = combined(self.prior, self.air, self.turns)
 
@@ -138,12 +138,8 @@ class ForceOffset:
         around = [block.tangential] if self.before is None else [block.tangential, self.before[0]]
         alike = self.before is None or 1 / ALIKE_FORCE_RATIO < self.before[1] / force < ALIKE_FORCE_RATIO
         drop = abs(level - block.tangential)
-        if (
-            self.rests
-            and alike
-            and change < STEADY_PULL_SHARE * drop
-            and all(abs(level - T) > LET_GO * abs(T) for T in around)
-        ):
+        steady = self.rests and change < STEADY_PULL_SHARE * drop
+        if steady and alike and all(abs(level - T) > LET_GO * abs(T) for T in around):
             self.let_go = Source(level, max((REST_PULL * drop) ** 2 + change**2, AIR_SIGMA_N**2))
         self.rests = ()
         turns, anisotropy = self._turn(forward, backward)
@@ -163,11 +159,13 @@ class ForceOffset:
             return self.turns, 0.0
         # Means over the last stroke of each direction, with s T / N = mu + s T0 / N: two equations for mu and T0.
         means = ([total / direction.blocks for total in direction[:-1]] for direction in (forward, backward))
-        (a, b, log, spread), (c, d, other, another) = means
+        (a, b, log, spread), (c, d, log_back, another) = means
         # mu = a - offset b = c + offset d
         offset, mu = (a - c) / (b + d), (a * d + c * b) / (b + d)
         # From stroke to stroke mu may change as much as within one stroke; and it may change with the force.
-        variance = (LEAST_STROKE_CHANGE * mu) ** 2 + spread + another + (FORCE_EXPONENT_RMS * mu * (log - other)) ** 2
+        variance = (
+            (LEAST_STROKE_CHANGE * mu) ** 2 + spread + another + (FORCE_EXPONENT_RMS * mu * (log - log_back)) ** 2
+        )
         # A force that never changes has no scatter at all, but a sensor's zero repeats no better than this.
         turn = Source(offset, max(variance / (b + d) ** 2, AIR_SIGMA_N**2))
         faded = Source(self.turns.value_N, self.turns.variance_N2 / TURNS_FADE)

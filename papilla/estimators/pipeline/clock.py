@@ -87,15 +87,9 @@ class Clock:
 
     def tick(self, time: float, velocity: float, position: float) -> Tick:
         """The tick of this sample; without a finite time the sample counts as one period after the last."""
-        rate, state = self._rate, self.state
-        last, stamps, status, missing, mean, steps = (
-            state.time_s,
-            state.stamps,
-            CLOCK_OK,
-            0,
-            state.mean_step,
-            state.steps,
-        )
+        rate, before = self._rate, self.state
+        last, stamps, mean, steps = before.time_s, before.stamps, before.mean_step, before.steps
+        status, missing = CLOCK_OK, 0
         if math.isfinite(time):
             time, stamps = self._spread(time)
         else:
@@ -107,7 +101,7 @@ class Clock:
                 self.state = ClockState()
                 stamps, status, mean, steps = (stamps[0], 1, 0.0), BEGUN_ANEW, 1.0, 0
             elif late <= 0.0:
-                self.state = state._replace(stamps=stamps)
+                self.state = before._replace(stamps=stamps)
                 return _LEFT_OUT
             else:
                 # The mean starts with the first steps, not with the nominal one, and begins to fade later.
@@ -136,24 +130,24 @@ class Clock:
         spread = even + PACKET_GAIN * (stamp - even) if 0 < 2 * abs(stamp - even) < usual else stamp
         return spread, (stamp, 1, packet)
 
-    def _move(self, status: int, missing: int, time: float, velocity: float, position: float, kept) -> Tick:
+    def _move(self, status: int, missing: int, time: float, velocity: float, position: float, timing) -> Tick:
         """Tick with the place of this sample; updates the state. kept : mean_step, steps and stamps."""
-        (_, known, before, fast, offset, _, _, trail, _), (mean, steps, stamps) = self.state, kept
+        (_, known_s, before, fast, offset, _, _, trail, _), (mean, steps, stamps) = self.state, timing
         place = _NONE
         if velocity == velocity:
             start = fast if fast == fast else velocity
-            place = 0.0 if before != before else before + 0.5 * (start + velocity) * (time - known)
+            place = 0.0 if before != before else before + 0.5 * (start + velocity) * (time - known_s)
         if math.isfinite(position):
             if offset != offset:
                 # The first stated position continues the path that was computed from velocities until then.
                 offset = place - position if before == before and place == place else 0.0
             place = position + offset
         if place != place:
-            self.state = ClockState(time, known, before, fast, offset, mean, steps, trail, stamps)
+            self.state = ClockState(time, known_s, before, fast, offset, mean, steps, trail, stamps)
             return Tick(status, missing, time, velocity, velocity)
         passed, slope = velocity, velocity
         if velocity != velocity:
-            passed = (place - before) / (time - known) if time > known else _NONE
+            passed = (place - before) / (time - known_s) if time > known_s else _NONE
             last = trail[-1:]
             trail = (*(pair for pair in trail if pair[0] >= time - SLOPE_S), (time, place))[-64:]
             (begun, where), *_ = trail if len(trail) > 1 or not last else last

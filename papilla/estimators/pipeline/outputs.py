@@ -50,17 +50,18 @@ class SampleRow(NamedTuple):
     tick: Tick
 
 
-def _either(answer: float, other: float, unit: str) -> str:
+def _either(answer: float, second: float, unit: str) -> str:
     """The two possible values of an answer, in words; empty if one of them is infinite or too large."""
-    return f" ({answer:.4g} or {other:.4g} {unit})" if max(answer, other) < 1e4 else ""
+    return f" ({answer:.4g} or {second:.4g} {unit})" if max(answer, second) < 1e4 else ""
 
 
 class Output(ABC):
     """One or more estimators of the pipeline, each with a `state`; statuses : enumeration of their statuses; fills :
-    columns of the pipeline's answer, one after the other."""
+    columns of the pipeline's answer, one after the other; remembered : attributes that belong to the state."""
 
     statuses: ClassVar[type[Status]]
     fills: ClassVar[tuple[str, ...]]
+    remembered: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, *estimators):
         self._estimators = estimators
@@ -71,7 +72,7 @@ class Output(ABC):
         return ""
 
     @abstractmethod
-    def take(self, row: SampleRow) -> tuple:
+    def take(self, record: SampleRow) -> tuple:
         """The columns of a sample, and last the status: a tuple, first its number, last what changes from sample to
         sample."""
 
@@ -86,12 +87,15 @@ class Output(ABC):
     @property
     def state(self) -> tuple:
         """The state of the estimators, to be kept or to be set again."""
-        return tuple(one.state for one in self._estimators)
+        return *(estimator.state for estimator in self._estimators), *(getattr(self, name) for name in self.remembered)
 
     @state.setter
     def state(self, state: tuple) -> None:
-        for one, own in zip(self._estimators, state, strict=True):
-            one.state = own
+        estimators = len(self._estimators)
+        for estimator, saved in zip(self._estimators, state[:estimators], strict=True):
+            estimator.state = saved
+        for name, value in zip(self.remembered, state[estimators:], strict=True):
+            setattr(self, name, value)
 
 
 class CreepState(NamedTuple):
@@ -136,16 +140,16 @@ class Creep:
         step = time_s - before.time_s
         if force_N != force_N or step <= 0:
             return 0
-        kept = (force_N,) * len(self._terms)
+        unrelaxed = (force_N,) * len(self._terms)
         if step > 0:
             # The forces kept creep away; of a force that rises linearly over the step, a part has crept already.
             rise, lost = force_N - before.force_N, [(-math.expm1(-step / tau), tau) for _, tau in self._terms]
-            each = zip(lost, before.kept, strict=True)
-            kept = tuple([one * (1 - share) + rise * tau / step * share for (share, tau), one in each])
-        self.state = CreepState(time_s, force_N, kept)
+            terms = zip(lost, before.kept, strict=True)
+            unrelaxed = tuple([slow * (1 - share) + rise * tau / step * share for (share, tau), slow in terms])
+        self.state = CreepState(time_s, force_N, unrelaxed)
         if force_N < self._least:
             return 0
-        crept = 1.0 + sum([c * (1 - one / force_N) for (c, _), one in zip(self._terms, kept, strict=True)])
+        crept = 1.0 + sum([c * (1 - slow / force_N) for (c, _), slow in zip(self._terms, unrelaxed, strict=True)])
         return 1 if crept < self._low else 2 if crept > self._high else 0
 
 
@@ -165,10 +169,10 @@ class ModulusOutput(Output):
         self, calibration: Calibration, names: tuple[str, ...], by_sd: Softness | SampleMethod,
         every: GaugeSoftness | None = None,
     ):  # fmt: skip
-        known, self._creep = calibration.finger.get("relaxation"), None
-        if known is not None:
-            self._creep = Creep(known, calibration.domain["force_N"][0])
-        super().__init__(*[one for one in (by_sd, every, self._creep) if one is not None])
+        relaxation, self._creep = calibration.finger.get("relaxation"), None
+        if relaxation is not None:
+            self._creep = Creep(relaxation, calibration.domain["force_N"][0])
+        super().__init__(*[estimator for estimator in (by_sd, every, self._creep) if estimator is not None])
         self._sd, self._every, self._names = by_sd, every, names
         self._in_doubt = bool(calibration.remark)
 
@@ -180,19 +184,19 @@ class ModulusOutput(Output):
         what = (self._every.dominant if self._every else "") or getattr(self._sd, "dominant", "")
         return f"modulus: most of its standard deviation is {what}" if what else ""
 
-    def take(self, row):
+    def take(self, record):
         """The columns of a sample; last a tuple of the status, whether S_d answered because the gauges contradict each
         other, the remark on creep, and the faults of all channels."""
-        sample, by_sd, unlike = (row.readings, row.force_N, row.found), False, 0
+        sample, by_sd, unlike = (record.readings, record.force_N, record.found), False, 0
         modulus, sigma, status, bad = *self._sd.feel(*sample), 0
         if self._every is not None:
-            found = self._every.feel(*sample)
-            if status != SoftnessStatus.NO_CONTACT or found.modulus_MPa == found.modulus_MPa:
-                by_sd = found.status == SoftnessStatus.MISFIT
+            by_gauges = self._every.feel(*sample)
+            if status != SoftnessStatus.NO_CONTACT or by_gauges.modulus_MPa == by_gauges.modulus_MPa:
+                by_sd = by_gauges.status == SoftnessStatus.MISFIT
                 if not by_sd:
-                    modulus, sigma, status, bad = *found[:2], found.status, int(found.left_out)
+                    modulus, sigma, status, bad = *by_gauges[:2], by_gauges.status, int(by_gauges.left_out)
         if self._creep is not None:
-            unlike = self._creep.feel(row.tick.time_s, row.force_N) * (modulus == modulus)
+            unlike = self._creep.feel(record.tick.time_s, record.force_N) * (modulus == modulus)
         return modulus, sigma, (status, by_sd, unlike, bad)
 
     def sentence(self, status):
@@ -209,12 +213,12 @@ class ModulusOutput(Output):
 
     def code(self, status):
         """The status as a short code."""
-        told, (_, by_sd, unlike, _) = super().code(status), status
+        text, (_, by_sd, unlike, _) = super().code(status), status
         if by_sd:
-            told = "gauges contradict" if told == "ok" else f"gauges contradict, {told}"
-        if self._in_doubt and told.startswith("ok"):
-            told += ", calibration in doubt"
-        return f"{told}, crept" if unlike else told
+            text = "gauges contradict" if text == "ok" else f"gauges contradict, {text}"
+        if self._in_doubt and text.startswith("ok"):
+            text += ", calibration in doubt"
+        return f"{text}, crept" if unlike else text
 
 
 class WavelengthOutput(Output):
@@ -241,17 +245,18 @@ class WavelengthOutput(Output):
             return ""
         return f"wavelength: velocity or position found to be {late:.1f} ms behind the readings, which is corrected"
 
-    def take(self, row):
+    def take(self, record):
         """The columns of a sample; last a tuple of the status, whether the phases between the gauges contradict it, and
         the two values of an ambiguous wavelength."""
-        tick = row.tick
-        found = self.tracker.follow(tick.time_s, tick.place_mm, tick.velocity_mm_s, row.readings)
+        tick = record.tick
+        answer = self.tracker.follow(tick.time_s, tick.place_mm, tick.velocity_mm_s, record.readings)
         # The wavelength from the phases is NaN if they give none, and then contradicts nothing.
-        spread = math.hypot(found.wavelength_sigma_mm, found.wavelength_by_phase_sigma_mm)
-        contradicted = abs(found.wavelength_by_phase_mm - found.wavelength_mm) > CONTRADICTED_SIGMAS * spread
-        open_ = found.status == TrackingStatus.AMBIGUOUS and not contradicted
-        either = _either(round(found.wavelength_mm, 3), round(self.tracker.other_mm, 3), "mm") if open_ else ""
-        return found.frequency_Hz, found.wavelength_mm, found.wavelength_sigma_mm, (found.status, contradicted, either)
+        spread = math.hypot(answer.wavelength_sigma_mm, answer.wavelength_by_phase_sigma_mm)
+        contradicted = abs(answer.wavelength_by_phase_mm - answer.wavelength_mm) > CONTRADICTED_SIGMAS * spread
+        open_ = answer.status == TrackingStatus.AMBIGUOUS and not contradicted
+        either = _either(round(answer.wavelength_mm, 3), round(self.tracker.other_mm, 3), "mm") if open_ else ""
+        wavelength, sigma, frequency, status, *_ = answer
+        return frequency, wavelength, sigma, (status, contradicted, either)
 
     def sentence(self, status):
         """The status in words."""
@@ -272,6 +277,7 @@ class FrequencyOutput(Output):
 
     statuses = ChirpStatus
     fills = ("frequency_Hz",)
+    remembered = ("_followed", "_moments")
 
     def __init__(self, gauges: int, rate_Hz: float):
         self._tracker = ChirpTracker(sample_rate_Hz=rate_Hz)
@@ -279,18 +285,18 @@ class FrequencyOutput(Output):
         self.lag_s, self._fade = self._tracker.lag_s, 1 / (LIVELY_S * rate_Hz)
         self._followed, self._moments = 0, ((_NONE, 0.0),) * gauges
 
-    def take(self, row):
+    def take(self, record):
         """The columns of a sample; last a tuple of the status and the two values of an ambiguous frequency."""
-        for _ in range(row.tick.missing):
+        for _ in range(record.tick.missing):
             self._tracker.update((_NONE,))
-        self._moments = tuple(map(self._faded, self._moments, row.readings))
+        self._moments = tuple(map(self._faded, self._moments, record.readings))
         powers = [power for _, power in self._moments]
-        best, own = max(range(len(powers)), key=powers.__getitem__), self._followed
-        if powers[best] > LIVELIER_VARIANCE_RATIO * powers[own]:
+        best, followed = max(range(len(powers)), key=powers.__getitem__), self._followed
+        if powers[best] > LIVELIER_VARIANCE_RATIO * powers[followed]:
             self._followed = best
-            if powers[own]:
+            if powers[followed]:
                 self._tracker.reset()
-        frequency, *_, status = self._tracker.update((row.readings[self._followed],))
+        frequency, *_, status = self._tracker.update((record.readings[self._followed],))
         either = ""
         if status == ChirpStatus.AMBIGUOUS:
             # In steps of 0.1 Hz, because a new sentence for every sample would cost more than the sample.
@@ -309,37 +315,20 @@ class FrequencyOutput(Output):
             return mean if mean == mean else reading, power * (1 - self._fade)
         return mean + self._fade * off, power + self._fade * (off * off - power)
 
-    @property
-    def state(self) -> tuple:
-        """The state, to be kept or to be set again."""
-        return self._tracker.state, self._followed, self._moments
-
-    @state.setter
-    def state(self, state: tuple) -> None:
-        self._tracker.state, self._followed, self._moments = state
-
 
 class FrictionOutput(Output):
     """mu_kinetic, mu_static with their sigmas; last : the whole answer to the last sample."""
 
     statuses = FrictionStatus
     fills = ("mu_kinetic", "mu_kinetic_sigma", "mu_static", "mu_static_sigma")
+    remembered = ("last",)
 
     def __init__(self, rate_Hz: float, memory_mm: float | None):
         self._friction = Friction(sample_rate_Hz=rate_Hz, memory_mm=memory_mm)
         super().__init__(self._friction)
         self.last: FrictionEstimate | None = None
 
-    def take(self, row):
+    def take(self, record):
         """The columns of a sample, and last the status."""
-        self.last = found = self._friction.update((row.tangential_N, row.force_N, row.tick.slope_mm_s))
-        return found.mu_kinetic, found.mu_kinetic_sigma, found.mu_static, found.mu_static_sigma, (found.status, "")
-
-    @property
-    def state(self) -> tuple:
-        """The state, to be kept or to be set again."""
-        return self._friction.state, self.last
-
-    @state.setter
-    def state(self, state: tuple) -> None:
-        self._friction.state, self.last = state
+        self.last = answer = self._friction.update((record.tangential_N, record.force_N, record.tick.slope_mm_s))
+        return answer.mu_kinetic, answer.mu_kinetic_sigma, answer.mu_static, answer.mu_static_sigma, (answer.status, "")

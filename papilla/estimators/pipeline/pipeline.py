@@ -68,13 +68,13 @@ class PipelineEstimate(NamedTuple):
             rows = f"{len(self.status)} rows, the last: "
             columns: Any = self
             last = PipelineEstimate(*(column[-1] for column in columns))
-        told = [
+        quantities = [
             f"modulus {last.modulus_MPa:.4g} ± {last.modulus_sigma_MPa:.2g} MPa: {last.modulus_status}",
             f"wavelength {last.wavelength_mm:.4g} ± {last.wavelength_sigma_mm:.2g} mm, {last.frequency_Hz:.4g} Hz: "
             f"{last.wavelength_status}",
             f"friction {last.mu_kinetic:.4g} kinetic, {last.mu_static:.4g} static: {last.friction_status}",
         ]
-        return f"PipelineEstimate({rows}" + "\n  ".join(told) + ")"
+        return f"PipelineEstimate({rows}" + "\n  ".join(quantities) + ")"
 
 
 _NOTHING = (_NONE,) * PipelineEstimate._fields.index("modulus_status")
@@ -181,8 +181,8 @@ class Pipeline(Stream):
         noise = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma_N, "doubts": doubts}
         self._add_modulus(calibration, rate, position_sigma_mm, noise, softness)
         path = {"scale_sigma": scale_sigma, "latency_s": latency_s, "resonances_Hz": resonances_Hz}
-        known = calibration.ridge_pitch_mm if calibration is not None else None
-        path["ridge_pitch_mm"] = known if ridge_pitch_mm is None else ridge_pitch_mm
+        ridges_mm = calibration.ridge_pitch_mm if calibration is not None else None
+        path["ridge_pitch_mm"] = ridges_mm if ridge_pitch_mm is None else ridge_pitch_mm
         self._add_wavelength(rate, wavelength_range_mm, path)
         self._add_friction(rate, friction_memory_mm)
         self._words = lru_cache(WORDS_KEPT)(self._said)
@@ -197,11 +197,11 @@ class Pipeline(Stream):
 
     def __reduce__(self) -> tuple:
         """What was said and counted so far comes along."""
-        make, arguments, state = super().__reduce__()
-        return make, arguments, (state, deepcopy(self.legend), Counter(self._faults), self._codes)
+        make, arguments, saved = super().__reduce__()
+        return make, arguments, (saved, deepcopy(self.legend), Counter(self._faults), self._codes)
 
-    def __setstate__(self, kept: tuple) -> None:
-        self.state, self.legend, self._faults, self._codes = kept
+    def __setstate__(self, saved: tuple) -> None:
+        self.state, self.legend, self._faults, self._codes = saved
 
     def __repr__(self) -> str:
         gives = ", ".join(self._outputs) or "nothing"
@@ -295,18 +295,18 @@ class Pipeline(Stream):
     @property
     def sentences(self) -> dict[str, str]:
         """The sentence of each output on the last sample: its status, or why it is switched off."""
-        found = zip(self._outputs.items(), self._codes, strict=False)
-        return {name: output.sentence(code) for (name, output), code in found} | self.off
+        codes = zip(self._outputs.items(), self._codes, strict=False)
+        return {name: output.sentence(code) for (name, output), code in codes} | self.off
 
     @property
     def faults(self) -> dict[str, int]:
         """Number of samples so far with each fault of the clock or of a gauge, by its sentence: `g2 missing` and the
         like."""
-        found: Counter[str] = Counter()
+        totals: Counter[str] = Counter()
         for (time, gauges), count in self._faults.items():
             for text in [ClockStatus(time).sentence] * bool(time) + health.words(gauges, self._names):
-                found[text] += count
-        return dict(found.most_common())
+                totals[text] += count
+        return dict(totals.most_common())
 
     @property
     def messages(self) -> tuple[str, ...]:
@@ -335,58 +335,61 @@ class Pipeline(Stream):
             raise InputError(f"the state is of a pipeline for {theirs}, this one is for {ours}")
         self._health.fits(state.health)
         self._clock.state, self._healthy, self._codes = state.clock, state.health, ()
-        for name, own in state.outputs:
-            self._outputs[name].state = own
+        for name, saved in state.outputs:
+            self._outputs[name].state = saved
 
     def _take(self, sample: tuple[float, ...]) -> PipelineEstimate:
-        known = (*sample, _NONE)
-        force, velocity, position, tangential = self._optional(known)
-        tick = self._clock.tick(known[0], velocity, position)
+        values = (*sample, _NONE)
+        force, velocity, position, tangential = self._optional(values)
+        tick = self._clock.tick(values[0], velocity, position)
         if tick.status == CLOCK_REPEATED:
             self._faults[CLOCK_REPEATED, ()] += 1
             return PipelineEstimate._make((*_NOTHING, *self._words(CLOCK_REPEATED, (), ())))
         if tick.status == BEGUN_ANEW:
             self._remember(self._new._replace(clock=self._clock.state))
-        readings = known[1 : 1 + self._gauges]
-        found, self._healthy = self._health.check(readings, self._healthy)
-        if found or tick.status:
-            self._faults[tick.status, found] += 1
-        if FAULT_SATURATED in found:
-            readings = tuple([_NONE if own == FAULT_SATURATED else r for own, r in zip(found, readings, strict=True)])
-        row, columns, codes = outputs.SampleRow(readings, found, force, tangential, tick), list(_NOTHING), []
+        readings = values[1 : 1 + self._gauges]
+        faults, self._healthy = self._health.check(readings, self._healthy)
+        if faults or tick.status:
+            self._faults[tick.status, faults] += 1
+        if FAULT_SATURATED in faults:
+            pairs = zip(faults, readings, strict=True)
+            readings = tuple([_NONE if fault == FAULT_SATURATED else reading for fault, reading in pairs])
+        record, columns, codes = outputs.SampleRow(readings, faults, force, tangential, tick), list(_NOTHING), []
         for place, output in self._running:
-            *columns[place], code = output.take(row)
+            *columns[place], code = output.take(record)
             codes.append(code)
         self._codes = tuple(codes)
-        return PipelineEstimate._make((*columns, *self._words(tick.status, found, self._codes)))
+        return PipelineEstimate._make((*columns, *self._words(tick.status, faults, self._codes)))
 
     def _said(self, time: int, gauges: tuple[int, ...], codes: tuple) -> tuple[str, ...]:
         """The code of each of `ESTIMATED_QUANTITIES`, and one sentence with the remarks on time, gauges and
         estimators."""
         if time == CLOCK_REPEATED:
             left_out = ClockStatus.REPEATED
-            for own in self.legend.values():
-                own[left_out.code] = left_out.sentence
+            for entries in self.legend.values():
+                entries[left_out.code] = left_out.sentence
             return *(left_out.code for _ in ESTIMATED_QUANTITIES), left_out.sentence
-        told = dict(zip(self._outputs, codes, strict=True))
-        said = {name: self._outputs[name].sentence(code) for name, code in told.items()}
+        statuses = dict(zip(self._outputs, codes, strict=True))
+        sentences = {name: self._outputs[name].sentence(code) for name, code in statuses.items()}
         live = [f"time: {ClockStatus(time).sentence}"] if time else []
         live += health.words(gauges, self._names)
-        live += [f"{name}: {text}" for name, text in said.items() if not text.startswith("ok")]
-        remarks = [f"{name}: {text.removeprefix('ok, ')}" for name, text in said.items() if text.startswith("ok, ")]
+        live += [f"{name}: {text}" for name, text in sentences.items() if not text.startswith("ok")]
+        remarks = [
+            f"{name}: {text.removeprefix('ok, ')}" for name, text in sentences.items() if text.startswith("ok, ")
+        ]
         live = (live or ["ok"]) + remarks if codes or live else ["nothing to estimate"]
         off = [f"no {output}: {why}" for output, why in self.off.items()]
-        return *(self._code(name, told) for name in ESTIMATED_QUANTITIES), "; ".join([*live, *off])
+        return *(self._code(name, statuses) for name in ESTIMATED_QUANTITIES), "; ".join([*live, *off])
 
-    def _code(self, quantity: str, told: dict[str, Any]) -> str:
+    def _code(self, quantity: str, statuses: dict[str, Any]) -> str:
         """The code of a quantity, which is added to the legend; for one that is switched off, the reason up to the
         first comma."""
-        source = "frequency" if quantity == "wavelength" and "frequency" in told else quantity
+        source = "frequency" if quantity == "wavelength" and "frequency" in statuses else quantity
         why = self.off.get(quantity, "")
-        if source not in told:
+        if source not in statuses:
             self.legend[quantity][why.split(",")[0]] = why
             return why.split(",")[0]
-        output, status = self._outputs[source], told[source]
+        output, status = self._outputs[source], statuses[source]
         # A code is explained without what changes from sample to sample, which stands last.
         code, sentence = output.code(status), output.sentence((*status[:-1], ""))
         self.legend[quantity][code] = f"{why}; the frequency: {sentence}" if why else sentence

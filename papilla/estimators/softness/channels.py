@@ -89,12 +89,12 @@ class Doubts:
 
     def thickness_shift(self, calibrated_mm: float) -> tuple[float, float]:
         """Mean and standard deviation of what the thickness adds to the apparent ln E at 1 N."""
-        known = self.thickness_mm
-        thickness = min(THIN_MM, calibrated_mm / 2) if known is None else known
+        stated = self.thickness_mm
+        thickness = min(THIN_MM, calibrated_mm / 2) if stated is None else stated
         shift = SHIFT_PER_FORCE * (thickness**THICKNESS_POWER - calibrated_mm**THICKNESS_POWER)
-        if known is None:
+        if stated is None:
             return 0.0, abs(shift) / THIN_SIGMAS
-        along = -THICKNESS_POWER * SHIFT_PER_FORCE * known**THICKNESS_POWER * self.thickness_error
+        along = -THICKNESS_POWER * SHIFT_PER_FORCE * stated**THICKNESS_POWER * self.thickness_error
         return shift, math.hypot(along, SHIFT_ERROR * shift)
 
 
@@ -123,8 +123,8 @@ class GaugeSurfaces:
         surfaces = [gauge.surface for gauge in calibration.gauges]
         first = surfaces[0]
         for gauge in calibration.gauges[1:]:
-            other = gauge.surface
-            if (other.force_N, other.modulus_MPa, other.cells) != (first.force_N, first.modulus_MPa, first.cells):
+            another = gauge.surface
+            if (another.force_N, another.modulus_MPa, another.cells) != (first.force_N, first.modulus_MPa, first.cells):
                 raise InputError(
                     f"the surface of {gauge.name} has another domain or other cells than the first gauge's"
                 )
@@ -144,10 +144,10 @@ class GaugeSurfaces:
             self._place_errors = terms.error
         self.groups = _groups(table)
         changes = [gauge.uncertainty.friction for gauge in calibration.gauges]
-        known = [change for change in changes if change is not None]
-        self.friction_known = len(known) < self.channels
+        friction_changes = [change for change in changes if change is not None]
+        self.friction_known = len(friction_changes) < self.channels
         if not self.friction_known:
-            self._friction = spline_of(known).at
+            self._friction = spline_of(friction_changes).at
 
     def at(self, ln_force: float, ln_modulus: float, x: float) -> Expected:
         """Expected readings at a contact within the domain."""
@@ -181,14 +181,14 @@ class SdReading:
     def __init__(self, calibration: Calibration):
         surface = calibration.surface
         self._surface, self.friction_known = surface, surface.uncertainty.friction is None
-        own = surface.surface
-        self.force_N = own.force_N
-        self._spline = own.spline.at
-        middle = 0.5 * (math.log(own.force_N[0]) + math.log(own.force_N[1]))
+        table = surface.surface
+        self.force_N = table.force_N
+        self._spline = table.spline.at
+        middle = 0.5 * (math.log(table.force_N[0]) + math.log(table.force_N[1]))
         low, high = surface.usable_nodes(middle)
         if low >= high:
             raise InputError("S_d of this calibration does not rise with the modulus: no softness can be estimated")
-        self.ln_nodes = np.log(own.modulus_axis.nodes)[low : high + 1]
+        self.ln_nodes = np.log(table.modulus_axis.nodes)[low : high + 1]
 
     def usable(self, ln_force: float) -> tuple[float, float]:
         """First and last ln E between which S_d rises at a force; (inf, -inf) if it does not rise."""
@@ -215,15 +215,9 @@ class SdReading:
 
 def _groups(tables: np.ndarray) -> tuple[int, ...]:
     """Number of each gauge's group; gauges with the same surface are in one group."""
-    groups: list[int] = []
-    for number, table in enumerate(tables):
-        like = (
-            groups[k]
-            for k in range(number)
-            if np.abs(tables[k] - table).max() <= EQUAL_SURFACE_DIFFERENCE * np.abs(table).max()
-        )
-        groups.append(next(like, max(groups, default=-1) + 1))
-    return tuple(groups)
+    differences = np.abs(tables[:, None] - tables).max(axis=(2, 3))
+    first_alike = (differences <= EQUAL_SURFACE_DIFFERENCE * np.abs(tables).max(axis=(1, 2))).argmax(axis=0)
+    return tuple(np.unique(first_alike, return_inverse=True)[1].tolist())
 
 
 def distance_curve(slopes: np.ndarray, start: float, per_step: float) -> ModulusCurve:
@@ -233,8 +227,8 @@ def distance_curve(slopes: np.ndarray, start: float, per_step: float) -> Modulus
     steps = 0.5 * (slopes[:-1] + slopes[1:]) / per_step
     values = np.concatenate([[0.0], np.cumsum(steps)])
     ends = slopes / per_step
-    left, right = np.minimum(ends[:-1], 3 * steps), np.minimum(ends[1:], 3 * steps)
-    cubics = np.column_stack([values[:-1], left, 3 * steps - 2 * left - right, left + right - 2 * steps])
+    begin, end = np.minimum(ends[:-1], 3 * steps), np.minimum(ends[1:], 3 * steps)
+    cubics = np.column_stack([values[:-1], begin, 3 * steps - 2 * begin - end, begin + end - 2 * steps])
     return ModulusCurve(tuple(map(tuple, cubics.tolist())), tuple(values.tolist()), start, per_step)
 
 
@@ -271,14 +265,14 @@ class Tangent(NamedTuple):
         """Steps to a sample (c + 1,). None if the tangent does not hold for it: steps beyond `reach`, or a squared
         residual above the usual."""
         force, place, *rest = (self.split @ y[self.rows] - self.origin).tolist()
-        (low, high), (left, right) = reach
-        within = low <= force <= high and left <= place <= right
-        return (force, place) if within and sum([one * one for one in rest]) <= usual else None
+        (low, high), (least, most) = reach
+        within = low <= force <= high and least <= place <= most
+        return (force, place) if within and sum([residual * residual for residual in rest]) <= usual else None
 
     def about(self, steps: tuple[float, float]) -> tuple[tuple[float, float], ...]:
         """The part of `reach` for samples that share a slot with a first sample, given by its steps."""
-        each = zip(steps, self.slack, self.reach, strict=True)
-        return tuple([(max(low, step - slack), min(high, step + slack)) for step, slack, (low, high) in each])
+        ranges = zip(steps, self.slack, self.reach, strict=True)
+        return tuple([(max(low, step - slack), min(high, step + slack)) for step, slack, (low, high) in ranges])
 
 
 class Channels:
@@ -294,22 +288,20 @@ class Channels:
     ):
         self.surfaces, self.doubts = surfaces, doubts
         c = self.channels = surfaces.channels
-        most = max(
-            abs(surfaces.at(math.log(force), surfaces.ln_nodes[-1], 0.0).reading).max() for force in surfaces.force_N
-        )
-        floor = LEAST_NOISE * most, LEAST_NOISE * surfaces.force_N[1]
-        self.noise = np.array([max(reading_sigma, floor[0])] * c + [max(force_sigma, floor[1])])
+        loudest = [surfaces.at(math.log(force), surfaces.ln_nodes[-1], 0.0).reading for force in surfaces.force_N]
+        self.noise = np.array([max(reading_sigma, LEAST_NOISE * np.abs(loudest).max())] * c + [force_sigma])
+        self.noise[-1] = max(force_sigma, LEAST_NOISE * surfaces.force_N[1])
         self.whiten = 1.0 / self.noise
         self.anywhere, self.position_sigma = position_sigma is not None, position_sigma or 0.0
         self.spread = np.array([SPREAD_FORCE, surfaces.reach])
         self.low, self.high = map(math.log, surfaces.force_N)
         self._softest, self._hardest = float(surfaces.ln_nodes[0]), float(surfaces.ln_nodes[-1])
-        kept = lru_cache(maxsize=CACHED_CONTACTS)
-        self.ln_modulus = kept(self._ln_modulus)
-        self._errors = kept(self._errors_near)
-        self._error_at = kept(surfaces.error)
-        self._place_error = kept(lambda place: surfaces.place_error(place))
-        self._faded_by = kept(lambda samples: self._faded ** (0.5 * samples))
+        cached = lru_cache(maxsize=CACHED_CONTACTS)
+        self.ln_modulus = cached(self._ln_modulus)
+        self._errors = cached(self._errors_near)
+        self._error_at = cached(surfaces.error)
+        self._place_error = cached(lambda place: surfaces.place_error(place))
+        self._faded_by = cached(lambda samples: self._faded ** (0.5 * samples))
         self._middle, self._half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
         self._shift, self._shift_sigma = doubts.thickness_shift(THICKNESS_MM)
         self.columns = self._columns()
@@ -343,7 +335,7 @@ class Channels:
             parts[name] = slice(end, end + size)
             end += size
         self.size, numbers = end, np.arange(c)
-        _, zero, gain, error, beside, friction, creep, across, self._force_gain, offset = parts.values()
+        _, zero, gain, error, off_apex, friction, creep, across, self._force_gain, offset = parts.values()
         self._template, self._of_reading = np.zeros((c + 1, end)), np.zeros((c, end))
         self._template[numbers, zero.start + numbers] = doubts.zero_microstrain * self.whiten[:-1]
         self._template[-1, offset] = doubts.force_offset_N * self.whiten[-1]
@@ -351,10 +343,10 @@ class Channels:
         self._of_reading[:, creep], self._of_reading[:, across] = doubts.creep, -BESIDE_SHARE * doubts.beside_mm**2
         self._faded = np.ones(end)
         self._faded[zero], self._faded[creep] = 1 - ZERO_WALK, 1 - CREEP_WALK
-        self._shaped = slice(gain.start, beside.stop)
-        own = LEGENDRE_ORDERS * np.array(self.surfaces.groups)[:, None] + np.arange(LEGENDRE_ORDERS)
-        self._error = numbers[:, None], error.start + own
-        self._beside, self._friction = (numbers, beside.start + numbers), friction
+        self._shaped = slice(gain.start, off_apex.stop)
+        orders = LEGENDRE_ORDERS * np.array(self.surfaces.groups)[:, None] + np.arange(LEGENDRE_ORDERS)
+        self._error = numbers[:, None], error.start + orders
+        self._beside, self._friction = (numbers, off_apex.start + numbers), friction
         return parts
 
     def _ln_modulus(self, h: float) -> tuple[float, float]:
@@ -365,13 +357,8 @@ class Channels:
     def _errors_near(self, force: int, modulus: int, place: int) -> np.ndarray:
         """(c, m) part of H for errors of calibration and friction, per newton, near a contact in steps of
         `ERROR_STEPS_PER_UNIT`."""
-        H, w, surfaces, ln_force = (
-            np.zeros((self.channels, self.size)),
-            self.whiten[:-1],
-            self.surfaces,
-            force / ERROR_STEPS_PER_UNIT,
-        )
-        ln_force = min(max(ln_force, self.low), self.high)
+        H, w, surfaces = np.zeros((self.channels, self.size)), self.whiten[:-1], self.surfaces
+        ln_force = min(max(force / ERROR_STEPS_PER_UNIT, self.low), self.high)
         ln_modulus = min(max(modulus / ERROR_STEPS_PER_UNIT, self._softest), self._hardest)
         z = (ln_force - self._middle) / self._half
         # The calibration's error is a smooth function of ln force: Legendre polynomials of degree 0, 1 and 2, the
@@ -402,10 +389,8 @@ class Channels:
         expected[:-1], expected[-1] = r, force
         expected *= self.whiten
         H = self._template.copy()
-        errors = self._errors(
-            round(ERROR_STEPS_PER_UNIT * ln_force), round(ERROR_STEPS_PER_UNIT * apparent), round(FINE_MM * place)
-        )
-        H[:-1] += expected[:-1, None] * self._of_reading + force * errors
+        contact = ERROR_STEPS_PER_UNIT * ln_force, ERROR_STEPS_PER_UNIT * apparent, FINE_MM * place
+        H[:-1] += expected[:-1, None] * self._of_reading + force * self._errors(*map(round, contact))
         H[:-1, :3] = (a * w)[:, None] * (1 / slope, effect, effect * SHAPE_ERROR * 2 * (ln_force - self._middle))
         H[-1, self._force_gain] = self.doubts.force_gain * expected[-1]
         B = np.zeros((2, self.channels + 1))
@@ -417,14 +402,14 @@ class Channels:
 
     def bend(self, linear: Linear, ln_force: float, place: float, h: float, thickness: float) -> float:
         """Distance of a contact from a linearisation, as the squared step of ln force with the same nonlinearity."""
-        at, there, known, thick = linear.at
-        along = (h - known + (thickness - thick) * self._shift_sigma * math.exp(SHIFT_POWER * at)) / self.top
-        return (ln_force - at) ** 2 + (BENT_PLACE * (place - there)) ** 2 + along * along
+        at, x0, h0, thickness0 = linear.at
+        along = (h - h0 + (thickness - thickness0) * self._shift_sigma * math.exp(SHIFT_POWER * at)) / self.top
+        return (ln_force - at) ** 2 + (BENT_PLACE * (place - x0)) ** 2 + along * along
 
     def moved(self, linear: Linear, steps) -> tuple[float, float]:
         """ln force and place after steps from a linearisation; steps are in units of their spread."""
-        at, there, *_ = linear.at
-        return at + SPREAD_FORCE * steps[0], there + self.surfaces.reach * steps[1]
+        at, x0, *_ = linear.at
+        return at + SPREAD_FORCE * steps[0], x0 + self.surfaces.reach * steps[1]
 
     def least_reading(self) -> np.ndarray:
         """(c,) smallest |reading| in microstrain at the lowest force, over all moduli."""
@@ -441,19 +426,15 @@ class Channels:
         B, expected = linear.B[:, rows], linear.expected[rows]
         # Projections of a whitened sample onto its force and place, and onto what neither explains: linear, so both are
         # one matrix, computed once.
-        own = np.linalg.inv(B @ B.T + np.eye(2) / MOST_SLOT_SAMPLES)
-        gain, jitter = own @ B, self.spread * np.sqrt(own.diagonal())
+        covariance = np.linalg.inv(B @ B.T + np.eye(2) / MOST_SLOT_SAMPLES)
+        gain, jitter = covariance @ B, self.spread * np.sqrt(covariance.diagonal())
         split = np.concatenate([self.spread[:, None] * gain, np.eye(len(rows)) - B.T @ gain])
         # Samples may share a slot as long as the curvature between them stays below `SLOT_LEVEL`, plus what noise alone
         # moves.
         bent = math.sqrt(SLOT_LEVEL / max(float(np.abs(expected).max()), 1.0))
         slack = bent + SLOT_JITTER * float(jitter[0]), bent / BENT_PLACE + SLOT_JITTER * float(jitter[1])
-        (at, there, *_), end = linear.at, self.surfaces.reach
-        ends = zip(slack, ((self.low - at, self.high - at), (-end - there, end - there)), strict=True)
-        reach = tuple(
-            [
-                (max(-TANGENT_REACH_LEVELS * far, low), min(TANGENT_REACH_LEVELS * far, high))
-                for far, (low, high) in ends
-            ]
-        )
+        (at, x0, *_), end = linear.at, self.surfaces.reach
+        wide = [TANGENT_REACH_LEVELS * step for step in slack]
+        ends = zip(wide, ((self.low - at, self.high - at), (-end - x0, end - x0)), strict=True)
+        reach = tuple([(max(-far, low), min(far, high)) for far, (low, high) in ends])
         return Tangent(linear, rows, split * self.whiten[rows], split @ expected, reach, slack)

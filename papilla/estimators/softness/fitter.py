@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.softness.channels import MOST_SLOT_SAMPLES, SPREAD_FORCE, Channels, Linear
+from papilla.estimators.softness.channels import MOST_SLOT_SAMPLES, Channels, Linear
 from papilla.estimators.stream import Pieces
 
 LARGEST_LINEARISATION_BEND, LARGEST_REUSE_BEND = 0.4, 0.005
@@ -52,14 +52,6 @@ PRIOR_REACH = 0.25
 """Prior standard deviation of h relative to its range: a first estimate may lie beyond the calibrated moduli."""
 ODD_MISFIT_RATIO = 20.0
 """If the squared misfit of a sample is this many times the average one, the sample is examined alone."""
-FIRST_STEPS, STEPS_A_PIECE = 15, 3
-"""Largest number of Gauss-Newton steps for the first sample of a touch, and the number done within one sample."""
-FITTED_SUSPECT_SETS = 4
-"""Number of sets of suspects, the likeliest first, that are fitted if a first sample fits badly."""
-START_MODULI, START_FORCES = 7, 9
-"""Nodes of the table of contacts over h, and over ln force and place, from the best of which Gauss-Newton starts."""
-FIRST_SAMPLE_REACH = 4.0
-"""How many times further from its node a first sample may lie than a later sample from the one before it."""
 
 
 class FilterState(NamedTuple):
@@ -105,7 +97,7 @@ class Residuals(NamedTuple):
     def misfits_without(self, sets: list[tuple[int, ...]]) -> Pieces[list[float]]:
         """Misfits of the other channels when each of some sets of channels is left out, computed in one piece."""
         yield
-        places = [np.searchsorted(self.rows, own) for own in sets]
+        places = [np.searchsorted(self.rows, channels) for channels in sets]
         return (self.misfit - shares_of(self.weighted, self.precision, places)).tolist()
 
     def expected(self, *rows: int) -> tuple[np.ndarray, np.ndarray]:
@@ -119,12 +111,12 @@ def shares_of(weighted: np.ndarray, precision: np.ndarray, sets: list[np.ndarray
     """(..., s) part of the squared misfits that disappears when each of s sets of channels is left out: weighted (...,
     k), precision (..., k, k)."""
     shares = np.empty((*weighted.shape[:-1], len(sets)))
-    for size in {len(own) for own in sets}:
-        which = [number for number, own in enumerate(sets) if len(own) == size]
+    for size in {len(channels) for channels in sets}:
+        which = [number for number, channels in enumerate(sets) if len(channels) == size]
         at = np.array([sets[number] for number in which])
-        own = weighted[..., at]
-        solved = np.linalg.solve(precision[..., at[:, :, None], at[:, None]], own[..., None])[..., 0]
-        shares[..., which] = (own * solved).sum(axis=-1)
+        removed = weighted[..., at]
+        solved = np.linalg.solve(precision[..., at[:, :, None], at[:, None]], removed[..., None])[..., 0]
+        shares[..., which] = (removed * solved).sum(axis=-1)
     return shares
 
 
@@ -163,17 +155,17 @@ class Fitter(Channels):
         ones, and those with which only new information counts if the cell was pressed before; and the cell."""
         cell = min(max(int((ln_force - self.low) / FORCE_CELL_LN), 0), len(pressed) - 1)
         before, slopes = float(pressed[cell]), H[:, self._shaped]
-        own = CELL_ERROR_SHARE**2 * np.einsum("km,km->k", slopes, slopes)
-        plain, after = own + 1 / samples, before + samples
+        cell_error = CELL_ERROR_SHARE**2 * np.einsum("km,km->k", slopes, slopes)
+        plain, after = cell_error + 1 / samples, before + samples
         # Information of all samples of the cell minus that of the earlier ones.
-        new = (own + 1 / before) * (own + 1 / after) * (before * after / samples) if before else plain
+        new = (cell_error + 1 / before) * (cell_error + 1 / after) * (before * after / samples) if before else plain
         return plain, new, cell
 
-    def noise_fit(self, y: np.ndarray, rows: np.ndarray, state: FilterState, count: int = 1) -> NoiseFit:
+    def noise_fit(self, y: np.ndarray, rows: np.ndarray, posterior: FilterState, count: int = 1) -> NoiseFit:
         """Fit of a mean (c + 1,) of `count` samples of the channels `rows`, assuming noise alone: least squares for its
         own force and place; with these eliminated, the normal equation of h."""
-        h, white, near = self.h_of_noise(state), (y * self.whiten)[rows], state.linear is not None
-        linear = state.linear or self.linear(state.ln_force, state.place_mm, h)
+        h, white, near = self.h_of_noise(posterior), (y * self.whiten)[rows], posterior.linear is not None
+        linear = posterior.linear or self.linear(posterior.ln_force, posterior.place_mm, h)
         greatest = float(np.abs(white).max()) * math.sqrt(count)
         # Products of slope a by h, residual r, and slopes l, m by the sample's own force and place: all that the least
         # squares need, by one product of matrices.
@@ -188,24 +180,23 @@ class Fitter(Channels):
             det = ll * mm - lm * lm
             steps = (mm * rl - lm * rm) / det, (ll * rm - lm * rl) / det
             at, place = self.moved(linear, steps)
-            if self.bend(linear, at, place, h, 0.0) * greatest < (
-                LARGEST_REUSE_BEND if near else LARGEST_LINEARISATION_BEND
-            ):
+            limit = LARGEST_REUSE_BEND if near else LARGEST_LINEARISATION_BEND
+            if self.bend(linear, at, place, h, 0.0) * greatest < limit:
                 break
             linear, near = self.linear(at, place, h), False
         # Eliminate force and place (Schur complement): what is left of the information and the score belongs to h.
         to_l, to_m = (mm * al - lm * am) / det, (ll * am - lm * al) / det
-        here = count * (rr - rl * steps[0] - rm * steps[1])
+        misfit = count * (rr - rl * steps[0] - rm * steps[1])
         information, score = count * (aa - to_l * al - to_m * am), count * (ar - to_l * rl - to_m * rm)
         # Sums of several slots must refer to one h, the anchor: this slot's parabola in h is moved there.
-        away = h - state.anchor
-        square = here + away * (2 * score + away * information)
+        away = h - posterior.anchor
+        square = misfit + away * (2 * score + away * information)
         freedom = len(rows) - 1 - self.anywhere
-        return NoiseFit(information, score + away * information, square, here, freedom, at, place, count, linear)
+        return NoiseFit(information, score + away * information, square, misfit, freedom, at, place, count, linear)
 
-    def slot(self, state: FilterState) -> int:
+    def slot(self, posterior: FilterState) -> int:
         """Number of samples that are learnt together."""
-        return min(int(state.samples) // SLOT_SAMPLE_SHARE, MOST_SLOT_SAMPLES)
+        return min(int(posterior.samples) // SLOT_SAMPLE_SHARE, MOST_SLOT_SAMPLES)
 
     def weighed(self, rows, innovation, H: np.ndarray, B: np.ndarray, P: np.ndarray, R):
         """Residuals of an innovation (k,) with variances R, slopes H (k, m) and B (2, k), and covariance P (m, m) of x;
@@ -217,242 +208,133 @@ class Fitter(Channels):
         weighted = precision @ innovation
         return Residuals(weighted, precision, rows, float(innovation @ weighted)), PH
 
-    def residuals(self, y: np.ndarray, rows: np.ndarray, state: FilterState, fit: NoiseFit | None = None) -> Residuals:
+    def residuals(
+        self, y: np.ndarray, rows: np.ndarray, posterior: FilterState, fit: NoiseFit | None = None
+    ) -> Residuals:
         """Residuals of a mean (c + 1,) of samples of the channels `rows` against the filter. Without `fit` the sample
         may be faulty, so it is linearised at the contact of the last one."""
         white = (y * self.whiten)[rows]
-        linear = self._first(white, state, fit)
-        return self._against(white, rows, self._near(state, linear), linear, fit.samples if fit else 1)[0]
+        linear = self._first(white, posterior, fit)
+        return self._against(white, rows, self._near(posterior, linear), linear, fit.samples if fit else 1)[0]
 
     def learn(
-        self, y: np.ndarray, rows: np.ndarray, known: FilterState, fit: NoiseFit, keep=1.0, limit=math.inf
+        self, y: np.ndarray, rows: np.ndarray, before: FilterState, fit: NoiseFit, keep=1.0, limit=math.inf
     ) -> tuple[Residuals, FilterState]:
         """The `residuals` of a mean (c + 1,) of samples of the channels `rows`, and the filter after it: unchanged
         where the misfit is above `limit`. The fit of noise alone is added to the earlier ones, whose weight each sample
         multiplies by `keep`."""
-        white, samples, state = (y * self.whiten)[rows], fit.samples, known
-        linear, greatest = self._first(white, state, fit), float(np.abs(white).max())
+        white, samples, posterior = (y * self.whiten)[rows], fit.samples, before
+        linear, greatest = self._first(white, posterior, fit), float(np.abs(white).max())
         for step in range(MOST_GAUSS_NEWTON_STEPS):
-            state = self._near(state, linear)
-            residuals, PH, new, cell = self._against(white, rows, state, linear, samples)
+            posterior = self._near(posterior, linear)
+            residuals, PH, new, cell = self._against(white, rows, posterior, linear, samples)
             if step == 0:
                 first = residuals
                 # Judge the sample before it has moved anything: a bad one must leave no trace.
                 if first.misfit > limit:
-                    return first, known
+                    return first, before
             B = linear.B[:, rows]
             at, place = self.moved(linear, (B @ residuals.weighted).tolist())
             if self.bend(linear, at, place, *linear.at[2:]) * greatest < LARGEST_LINEARISATION_BEND:
                 break
             # The correction moved the sample's contact too far for its linearisation: again, from there.
-            linear = self.linear(at, place, *self._unknowns(state))
+            linear = self.linear(at, place, *self._unknowns(posterior))
         # Variance of the place that remains, relative to its prior; for one sample, not for the mean.
-        left = 1 - float(B[1] @ residuals.precision @ B[1])
-        place_sigma = self.surfaces.reach * math.sqrt(max(samples * left, 0.0))
+        unknown = 1 - float(B[1] @ residuals.precision @ B[1])
+        place_sigma = self.surfaces.reach * math.sqrt(max(samples * unknown, 0.0))
         # Zeros and creep drift: their knowledge fades and as much of the prior variance comes back.
         faded = self._faded_by(samples)
-        covariance = state.covariance - PH @ new.precision @ PH.T
+        covariance = posterior.covariance - PH @ new.precision @ PH.T
         covariance = (0.5 * faded[:, None]) * (covariance + covariance.T) * faded
         covariance.flat[:: self.size + 1] += 1 - faded * faded
         if keep < 1.0:
             forgotten = keep ** (0.25 * samples)
             covariance[0] /= forgotten
             covariance[:, 0] /= forgotten
-        kept = keep**samples
-        pressed = kept * state.pressed
+        fading = keep**samples
+        pressed = fading * posterior.pressed
         pressed[cell] += samples
         return first, FilterState(
-            faded * (state.mean + PH @ new.weighted), covariance, pressed, fit.linear, state.node,
+            faded * (posterior.mean + PH @ new.weighted), covariance, pressed, fit.linear, posterior.node,
             (at - fit.ln_force, place - fit.place_mm),
-            place_sigma, fit.ln_force, fit.place_mm, state.anchor,
-            information=kept * state.information + fit.information,
-            score=kept * state.score + fit.score,
-            square=kept * state.square + fit.square,
-            freedom=kept * state.freedom + fit.own,
-            samples=kept * state.samples + samples,
+            place_sigma, fit.ln_force, fit.place_mm, posterior.anchor,
+            information=fading * posterior.information + fit.information,
+            score=fading * posterior.score + fit.score,
+            square=fading * posterior.square + fit.square,
+            freedom=fading * posterior.freedom + fit.own,
+            samples=fading * posterior.samples + samples,
         )  # fmt: skip
 
-    def _unknowns(self, state: FilterState) -> tuple[float, float]:
+    def _unknowns(self, posterior: FilterState) -> tuple[float, float]:
         """h of the filter, limited to the calibrated range, and its thickness."""
-        return min(max(float(state.mean[0]), 0.0), self.top), float(state.mean[1])
+        return min(max(float(posterior.mean[0]), 0.0), self.top), float(posterior.mean[1])
 
-    def _first(self, white: np.ndarray, state: FilterState, fit: NoiseFit | None) -> Linear:
+    def _first(self, white: np.ndarray, posterior: FilterState, fit: NoiseFit | None) -> Linear:
         """The first linearisation for whitened channels: that of the fit if it is near enough."""
-        unknowns = self._unknowns(state)
-        at, place = (fit.ln_force, fit.place_mm) if fit else (state.ln_force, state.place_mm)
-        at, place = at + state.offset[0], place + state.offset[1]
+        unknowns = self._unknowns(posterior)
+        at, place = (fit.ln_force, fit.place_mm) if fit else (posterior.ln_force, posterior.place_mm)
+        at, place = at + posterior.offset[0], place + posterior.offset[1]
         if fit and self.bend(fit.linear, at, place, *unknowns) * float(np.abs(white).max()) <= LARGEST_REUSE_BEND:
             return fit.linear
         return self.linear(at, place, *unknowns)
 
-    def _against(self, white: np.ndarray, rows: np.ndarray, state: FilterState, linear: Linear, samples: int):
+    def _against(self, white: np.ndarray, rows: np.ndarray, posterior: FilterState, linear: Linear, samples: int):
         """`weighed` of whitened channels (k,) near a linearisation, with the slopes of the filter's node; the residuals
         with the variances of new information; and the cell of force."""
-        x = state.mean.copy()
+        x = posterior.mean.copy()
         x[:2] -= linear.at[2:]
         innovation = white - linear.expected[rows] - linear.H[rows] @ x
         # Expected readings are those at the sample, but slopes are those of the node: see the top of the module.
-        H = (state.node or linear).H[rows]
-        R, new, cell = self._own_errors(H, state.pressed, linear.at[0], samples)
-        channels = rows, innovation, H, linear.B[:, rows], state.covariance
+        H = (posterior.node or linear).H[rows]
+        R, new, cell = self._own_errors(H, posterior.pressed, linear.at[0], samples)
+        channels = rows, innovation, H, linear.B[:, rows], posterior.covariance
         residuals, PH = self.weighed(*channels, R)
         return residuals, PH, residuals if new is R else self.weighed(*channels, new)[0], cell
 
-    def h_of_noise(self, state: FilterState) -> float:
+    def h_of_noise(self, posterior: FilterState) -> float:
         """h from the fit of noise alone; before the first sample, the start value."""
-        step = state.score / state.information if state.information > 0 else 0.0
-        return min(max(state.anchor + step, 0.0), self.top)
+        step = posterior.score / posterior.information if posterior.information > 0 else 0.0
+        return min(max(posterior.anchor + step, 0.0), self.top)
 
-    def _near(self, state: FilterState, linear: Linear) -> FilterState:
+    def _near(self, posterior: FilterState, linear: Linear) -> FilterState:
         """The filter with its node near a linearisation."""
-        if state.node is not None:
-            (at, place, h, _), (before, there, known, _) = linear.at, state.node.at
-            far = at - before, place - there, (h - known) / self.ln_modulus(h)[1]
+        if posterior.node is not None:
+            (at, place, h, _), (before, x0, h0, _) = linear.at, posterior.node.at
+            far = at - before, place - x0, (h - h0) / self.ln_modulus(h)[1]
             if all([abs(distance) <= limit for distance, limit in zip(far, NODE_STEPS, strict=True)]):
-                return state
-        return state._replace(node=linear)
+                return posterior
+        return posterior._replace(node=linear)
 
-    def estimate(self, state: FilterState) -> tuple[float, float, tuple[float, float]]:
+    def estimate(self, posterior: FilterState) -> tuple[float, float, tuple[float, float]]:
         """h, its standard deviation, and the difference of its ln force and place from the fit of noise alone."""
-        sigma = self.widening(state) * math.sqrt(max(float(state.covariance[0, 0]), 0.0))
+        sigma = self.widening(posterior) * math.sqrt(max(float(posterior.covariance[0, 0]), 0.0))
         # The value with the smaller error; sigma stays that of the filter.
-        if self.noise_explains(state):
-            return state.anchor + state.score / state.information, sigma, (0.0, 0.0)
-        return float(state.mean[0]), sigma, state.offset
+        if self.noise_explains(posterior):
+            return posterior.anchor + posterior.score / posterior.information, sigma, (0.0, 0.0)
+        return float(posterior.mean[0]), sigma, posterior.offset
 
-    def widening(self, state: FilterState) -> float:
+    def widening(self, posterior: FilterState) -> float:
         """Factor by which sigma grows if readings contradict each other more than the stated errors of gains and
         calibration allow: root of the sum of squares of the estimated errors, divided by its expectation."""
-        found, known = state.mean[self._shaped], 1 - CELL_ERROR_SHARE**2
-        left = known - state.covariance.diagonal()[self._shaped]
-        return math.sqrt(
-            max(
-                (STATED_SIGMA_WEIGHT * known + float(found @ found))
-                / (STATED_SIGMA_WEIGHT * known + float(left.sum())),
-                1.0,
-            )
-        )
+        errors, prior_variance = posterior.mean[self._shaped], 1 - CELL_ERROR_SHARE**2
+        expected = prior_variance - posterior.covariance.diagonal()[self._shaped]
+        stated = STATED_SIGMA_WEIGHT * prior_variance
+        return math.sqrt(max((stated + float(errors @ errors)) / (stated + float(expected.sum())), 1.0))
 
-    def noise_explains(self, state: FilterState) -> bool:
+    def noise_explains(self, posterior: FilterState) -> bool:
         """Whether noise alone explains the readings."""
-        if not state.information > 0:
+        if not posterior.information > 0:
             return False
-        square = state.square - state.score * state.score / state.information
-        freedom = max(state.freedom - 1, 1e-9)
+        square = posterior.square - posterior.score * posterior.score / posterior.information
+        freedom = max(posterior.freedom - 1, 1e-9)
         return square <= freedom * (1 + MISFIT_SLACK) + SURE_MISFIT_SIGMAS * math.sqrt(2 * freedom)
 
-    def dominant(self, state: FilterState) -> str:
+    def dominant(self, posterior: FilterState) -> str:
         """The largest contribution to sigma: the error whose knowledge would lower sigma most."""
-        P = state.covariance
-        taken = {"noise": 1 / state.information if state.information else math.inf}
-        for name, own in self.columns.items():
-            if own.stop > own.start:
+        P = posterior.covariance
+        taken = {"noise": 1 / posterior.information if posterior.information else math.inf}
+        for name, columns in self.columns.items():
+            if columns.stop > columns.start:
                 # Decrease of the variance of h if this error were known exactly.
-                taken[name] = float(P[0, own] @ np.linalg.solve(P[own, own], P[own, 0]))
+                taken[name] = float(P[0, columns] @ np.linalg.solve(P[columns, columns], P[columns, 0]))
         return max(taken, key=taken.__getitem__)
-
-
-Fitted = Pieces[tuple[Residuals, FilterState]]
-
-
-class Start:
-    """The start of a touch: the calibrated contact (force, place, h) that explains a first sample best.
-
-    Readings are curved over modulus and force, so Gauss-Newton from a fixed contact may end in a wrong one. The
-    channels are linearised once at each node of a table, 7 x 9 (x 9 places) contacts. A first sample y has at each node
-    the misfit |L (y - r)|^2, r being the readings expected there and L' L = (H H' + B B' + 1)^-1; one matrix product
-    covers all nodes. Gauss-Newton then starts from the best node. The same table shows which channels, left out, leave
-    a small misfit.
-    """
-
-    def __init__(self, fitter: Fitter):
-        self._fitter = fitter
-        self._known = fitter.anywhere and math.isfinite(fitter.position_sigma)
-        hs, forces = np.linspace(0.0, fitter.top, START_MODULI), np.linspace(fitter.low, fitter.high, START_FORCES)
-        reach = fitter.surfaces.reach
-        places = np.linspace(-reach, reach, START_FORCES) if fitter.anywhere else np.zeros(1)
-        self._nodes = [(force, place, h) for h in hs.tolist() for place in places.tolist() for force in forces.tolist()]
-        found = [fitter.linear(*node) for node in self._nodes]
-        # A contact between nodes must not count as a misfit: h, force and place are free by one step of the table.
-        prior = np.ones(fitter.size)
-        prior[0] = (hs[1] - hs[0]) ** 2
-        narrow = np.array([[(forces[1] - forces[0]) / SPREAD_FORCE], [2 / (START_FORCES - 1)]])
-        H, B = np.array([linear.H for linear in found]), np.array([linear.B for linear in found]) * narrow
-        self._covariances = (H * prior) @ H.transpose(0, 2, 1) + B.transpose(0, 2, 1) @ B + np.eye(fitter.channels + 1)
-        self._expected = np.array([linear.expected for linear in found])
-        self._tables: dict[tuple[int, ...], tuple[np.ndarray, ...]] = {}
-        self._table(np.arange(fitter.channels + math.isfinite(fitter.noise[-1])))
-
-    def _table(self, rows: np.ndarray) -> tuple[np.ndarray, ...]:
-        """For some channels, at all n nodes: precision (n, k, k), its square root as (n k, k), and the product of this
-        root with the channels expected there (n k,)."""
-        key = tuple(rows.tolist())
-        if key not in self._tables:
-            # With S = G G', the misfit r' S^-1 r is the squared length of G^-1 r.
-            root = np.linalg.inv(np.linalg.cholesky(self._covariances[:, rows[:, None], rows]))
-            precision = root.transpose(0, 2, 1) @ root
-            origin = (root @ self._expected[:, rows, None]).ravel()
-            self._tables[key] = precision, root.reshape(-1, len(rows)), origin
-        return self._tables[key]
-
-    def misfits(self, y: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """(n,) squared misfit of a sample at all n nodes of the table."""
-        _, root, origin = self._table(rows)
-        left = (root @ (y * self._fitter.whiten)[rows] - origin).reshape(-1, len(rows))
-        return np.einsum("nk,nk->n", left, left)
-
-    def __call__(self, y: np.ndarray, rows: np.ndarray, prior: FilterState) -> Fitted:
-        """The misfit of a first sample, and the filter that begins with it: Gauss-Newton from the best node of the
-        table for h, force and place, with `prior` for the other unknowns."""
-        return self._settled(y, rows, prior, int(self.misfits(y, rows).argmin()))
-
-    def misfits_without(
-        self, y: np.ndarray, rows: np.ndarray, prior: FilterState, sets: list[tuple[int, ...]]
-    ) -> Pieces[list[float]]:
-        """Squared misfits of the other channels when each of some sets of channels is left out; only the likeliest few
-        are fitted, the others are inf."""
-        precision, left = self._table(rows)[0], self.misfits(y, rows)
-        rest = (y * self._fitter.whiten)[rows] - self._expected[:, rows]
-        weighted = (precision @ rest[..., None])[..., 0]
-        # Misfits of all nodes without each set, by the formula of `gauges`: a cheap ranking, and only the best are
-        # fitted.
-        each = left[:, None] - shares_of(weighted, precision, [np.searchsorted(rows, own) for own in sets])
-        found = [math.inf] * len(sets)
-        for number in each.min(axis=0).argsort(kind="stable")[:FITTED_SUSPECT_SETS].tolist():
-            others = np.setdiff1d(rows, sets[number])
-            residuals, _ = yield from self._settled(y, others, prior, int(each[:, number].argmin()))
-            found[number] = residuals.misfit
-        return found
-
-    def _settled(self, y: np.ndarray, rows: np.ndarray, prior: FilterState, node: int) -> Fitted:
-        """The fit of ln force, place and h to one sample by Gauss-Newton steps that start at a node of the table."""
-        fitter, (at, place, h) = self._fitter, self._nodes[node]
-        white, reach = (y * fitter.whiten)[rows], fitter.surfaces.reach
-        # A prior of the place counts for this sample and for no later one.
-        wide = np.array([FIRST_SAMPLE_REACH, fitter.position_sigma / reach if self._known else FIRST_SAMPLE_REACH])
-        far = np.array([1.0, 1.0 / reach if reach else 0.0])
-        most = max(float(np.abs(white).max()), 1.0)
-        mean, longest = prior.mean.copy(), 1.5 * fitter.top / START_MODULI
-        mean[0] = 0.0
-        for step in range(FIRST_STEPS):
-            if step % STEPS_A_PIECE == 0:
-                yield
-            linear = fitter.linear(at, place, h)
-            H, B = linear.H[rows], linear.B[:, rows] * wide[:, None]
-            innovation = white - linear.expected[rows] - H @ mean
-            # Its prior is about the apex, not about the present linearisation: shift the innovation accordingly.
-            if self._known:
-                innovation = innovation + B[1] * (place / fitter.position_sigma)
-            residuals, PH = fitter.weighed(rows, innovation, H, B, prior.covariance, 1)
-            # Limited steps: half in ln force, 1 mm, and 1.5 nodes in h. The first linearisation may be far from the
-            # contact.
-            moved = wide * (B @ residuals.weighted)
-            if self._known:
-                moved[1] -= place / reach
-            change = float(PH[0] @ residuals.weighted)
-            h = min(max(h + min(max(change, -longest), longest), 0.0), fitter.top)
-            at, place = fitter.inside(*fitter.moved(linear, moved.clip(np.negative(far), far).tolist()))
-            if fitter.bend(linear, at, place, h, 0.0) * most < LARGEST_LINEARISATION_BEND:
-                break
-        mean[0] = h
-        return residuals, prior._replace(mean=mean, ln_force=at, place_mm=place, anchor=h)

@@ -103,7 +103,7 @@ class GaugeEstimate(NamedTuple):
         """The status in words, and which channels were left out and why: a string, or a list of them."""
         if isinstance(self.status, np.ndarray):
             columns = (self.status, self.left_out, self.channels)
-            return [_words(*map(int, row)) for row in zip(*columns, strict=True)]  # type: ignore[arg-type]
+            return [_words(*map(int, values)) for values in zip(*columns, strict=True)]  # type: ignore[arg-type]
         return _words(self.status, int(self.left_out), int(self.channels))
 
 
@@ -172,31 +172,31 @@ class GaugeSoftness(touch.TouchEstimator):
         memory.search = None
         return self._gather(y, faults)
 
-    def _follow(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, fit: NoiseFit) -> GaugeEstimate:
+    def _follow(self, y: np.ndarray, faults: tuple[int, ...], posterior: FilterState, fit: NoiseFit) -> GaugeEstimate:
         rows = self._of(faults)
         # The misfit against the filter costs more than the fit, so it is computed only for samples whose own fit is
         # unusual.
-        if fit.here > state.usual:
-            residuals = self._fitter.residuals(y, rows, state)
+        if fit.here > posterior.usual:
+            residuals = self._fitter.residuals(y, rows, posterior)
             if residuals.misfit > BLAME_RULES.contradicts:
-                return self._contradict(y, faults, state, residuals)
-        return self._learn(y, rows, faults, state, fit)
+                return self._contradict(y, faults, posterior, residuals)
+        return self._learn(y, rows, faults, posterior, fit)
 
     def _begin(self, y: np.ndarray, faults: tuple[int, ...]) -> GaugeEstimate:
         rows = self._of(faults)
         if not self._trusted(1):
             return self._refused(SoftnessStatus.MISFIT, faults)
-        residuals, state = completed(self._start(y, rows, self._unknown()))
+        residuals, posterior = completed(self._start(y, rows, self._unknown()))
         if residuals.misfit > BLAME_RULES.contradicts:
-            self._memory.search = SpreadTask(FaultSearch(y, faults, residuals, state, False))
+            self._memory.search = SpreadTask(FaultSearch(y, faults, residuals, posterior, False))
             return self._refused(SoftnessStatus.MISFIT, faults)
-        return self._learn(y, rows, faults, state, self._fitter.noise_fit(y, rows, state))
+        return self._learn(y, rows, faults, posterior, self._fitter.noise_fit(y, rows, posterior))
 
-    def _contradict(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, residuals: Residuals):
+    def _contradict(self, y: np.ndarray, faults: tuple[int, ...], posterior: FilterState, residuals: Residuals):
         """Handle a sample that the fit so far does not explain: a bad channel, another specimen, or an unknown
         cause."""
         if self._trusted():
-            self._memory.search = SpreadTask(FaultSearch(y, faults, residuals, state, True))
+            self._memory.search = SpreadTask(FaultSearch(y, faults, residuals, posterior, True))
         else:
             # The earlier samples are not trusted either: after a while the touch begins again.
             self._distrust()
@@ -205,10 +205,10 @@ class GaugeSoftness(touch.TouchEstimator):
     def _search(self, search: SpreadTask) -> GaugeEstimate:
         """Do the next piece of a search, and use its result. Until its end no sample is learnt and none has an
         answer."""
-        found = search.advance(self)
-        if found is None:
+        result = search.advance(self)
+        if result is None:
             return self._refused(SoftnessStatus.MISFIT, search.task.faults)
-        memory, y, faults, (outside, named, state) = self._memory, search.task.y, search.task.faults, found
+        memory, y, faults, (outside, named, posterior) = self._memory, search.task.y, search.task.faults, result
         memory.search = None
         if outside:
             return self._refused(outside, faults)
@@ -216,20 +216,22 @@ class GaugeSoftness(touch.TouchEstimator):
             memory.faults = tuple([named.get(channel, fault) for channel, fault in enumerate(memory.faults)])
             faults = tuple([named.get(channel, fault) for channel, fault in enumerate(faults)])
         rows = self._of(faults)
-        if state is None:
+        if posterior is None:
             self._distrust()
             return self._refused(SoftnessStatus.MISFIT, faults)
         # Explained by a new modulus, not by a fault: this adds to the distrust, because over a texture it happens again
         # and again.
         if not named:
             memory.distrust += BLAME_RULES.unexplained
-        return self._learn(y, rows, faults, state, self._fitter.noise_fit(y, rows, state))
+        return self._learn(y, rows, faults, posterior, self._fitter.noise_fit(y, rows, posterior))
 
-    def _explained(self, y: np.ndarray, faults: tuple[int, ...], residuals: Residuals, state, known) -> Pieces[tuple]:
+    def _explained(
+        self, y: np.ndarray, faults: tuple[int, ...], residuals: Residuals, posterior, later
+    ) -> Pieces[tuple]:
         """The result of `Search.run`; see there."""
-        rows, anew, begun = self._of(faults), residuals, state
+        rows, anew, begun = self._of(faults), residuals, posterior
         # First: does any modulus explain the sample? Then the specimen may have changed in a lift that nobody saw.
-        if known:
+        if later:
             yield
             anew, begun = yield from self._start(y, rows, self._unknown())
         if outside := self._beyond(y, begun):
@@ -237,26 +239,26 @@ class GaugeSoftness(touch.TouchEstimator):
         yield
         # If another modulus explains it, a pair of bad channels is the less likely cause: only single channels (and
         # mirrored pairs) are suspected.
-        single = known and anew.misfit < BLAME_RULES.contradicts
-        misfits = residuals.misfits_without if known else partial(self._start.misfits_without, y, rows, self._unknown())
+        single = later and anew.misfit < BLAME_RULES.contradicts
+        misfits = residuals.misfits_without if later else partial(self._start.misfits_without, y, rows, self._unknown())
         blame = yield from self._to_blame(rows, misfits, single=single)
         if blame is None:
             return None, {}, begun if single else None
         yield
-        left = np.setdiff1d(rows, blame)
+        trusted = np.setdiff1d(rows, blame)
         # The first fit of the touch was made with the bad channel: make it again without.
-        if not known:
-            _, state = yield from self._start(y, left, self._unknown())
-        named = self._named(y, blame, state)
-        if known:
+        if not later:
+            _, posterior = yield from self._start(y, trusted, self._unknown())
+        named = self._named(y, blame, posterior)
+        if later:
             yield
-            fit = self._fitter.noise_fit(y, left, state)
+            fit = self._fitter.noise_fit(y, trusted, posterior)
             yield
             # The channel explains the misfit only if the others agree with the touch after a fit of their own.
-            if self._fitter.residuals(y, left, state, fit).misfit >= BLAME_RULES.contradicts:
+            if self._fitter.residuals(y, trusted, posterior, fit).misfit >= BLAME_RULES.contradicts:
                 return None, named, None
         yield
-        return None, named, state
+        return None, named, posterior
 
     def _trusted(self, samples: int = 0) -> bool:
         """Whether the gauges are trusted, after `samples` more samples without a contradiction."""
@@ -290,15 +292,15 @@ class GaugeSoftness(touch.TouchEstimator):
         if not single:
             stages.append([pair for pair in pairs if pair not in alike])
         for stage in stages:
-            able = [own for own in stage if len(channels) - len(own) >= self._least]
-            left = yield from misfits(able)
-            found = sorted(pair for pair in zip(left, able, strict=True) if pair[0] < BLAME_RULES.agrees)
+            able = [suspect for suspect in stage if len(channels) - len(suspect) >= self._least]
+            without = yield from misfits(able)
+            agreeing = sorted(pair for pair in zip(without, able, strict=True) if pair[0] < BLAME_RULES.agrees)
             # A pair is not suspected if one of its channels alone explains as much.
             suspects = [
-                own
-                for left, own in found
-                if left < found[0][0] + BLAME_RULES.margin
-                and not any(set(other) < set(own) and less < left + BLAME_RULES.margin for less, other in found)
+                suspect
+                for misfit, suspect in agreeing
+                if misfit < agreeing[0][0] + BLAME_RULES.margin
+                and not any(set(few) < set(suspect) and less < misfit + BLAME_RULES.margin for less, few in agreeing)
             ]
             # Suspects that explain the misfit equally well cannot be told apart: leave out all of them, if enough
             # remain.
@@ -307,10 +309,10 @@ class GaugeSoftness(touch.TouchEstimator):
                 return blamed if len(channels) - len(blamed) >= self._least else None
         return None
 
-    def _named(self, y: np.ndarray, blamed: tuple[int, ...], state: FilterState) -> dict[int, int]:
+    def _named(self, y: np.ndarray, blamed: tuple[int, ...], posterior: FilterState) -> dict[int, int]:
         """The fault of each channel at fault: a reversed sign, two exchanged gauges, or else a contradiction."""
         rows = np.flatnonzero(np.isfinite(y[: self._gauges + self._sensed]))
-        rest, variance = self._fitter.residuals(y, rows, state).expected(*blamed)
+        rest, variance = self._fitter.residuals(y, rows, posterior).expected(*blamed)
         # What the other channels predict for the blamed ones, and within which error: does -y, or the other's y, fit
         # it?
         scale = self._fitter.noise[list(blamed)]
@@ -319,26 +321,26 @@ class GaugeSoftness(touch.TouchEstimator):
         def fits(value: float, place: int) -> bool:
             return bool((value - expected[place]) ** 2 < limit[place])
 
-        found = {channel: int(Fault.OFF_SURFACE) for channel in blamed}
+        faults = {channel: int(Fault.OFF_SURFACE) for channel in blamed}
         for place, channel in enumerate(blamed):
             if channel < self._gauges and fits(-y[channel], place):
-                found[channel] = int(Fault.SIGN_FLIPPED)
-        for (one, a), (other, b) in combinations(enumerate(blamed), 2):
-            if b < self._gauges and fits(y[a], other) and fits(y[b], one):
-                found[a] = found[b] = int(Fault.SWAPPED)
-        return found
+                faults[channel] = int(Fault.SIGN_FLIPPED)
+        for (first, a), (second, b) in combinations(enumerate(blamed), 2):
+            if b < self._gauges and fits(y[a], second) and fits(y[b], first):
+                faults[a] = faults[b] = int(Fault.SWAPPED)
+        return faults
 
-    def _learn(self, y, rows, faults: tuple[int, ...], state: FilterState, fit: NoiseFit) -> GaugeEstimate:
+    def _learn(self, y, rows, faults: tuple[int, ...], posterior: FilterState, fit: NoiseFit) -> GaugeEstimate:
         """Take one sample, and answer."""
         if any(self._memory.faults):
-            self._watch_returning(y, rows, state, fit)
+            self._watch_returning(y, rows, posterior, fit)
         if outside := self._outside(fit):
             return self._refused(outside, faults)
         # The first sample has been judged by its start; there is nothing else to contradict.
-        limit = BLAME_RULES.contradicts if state.samples else math.inf
-        residuals, self._memory.filter = self._fitter.learn(y, rows, state, fit, limit=limit)
+        limit = BLAME_RULES.contradicts if posterior.samples else math.inf
+        residuals, self._memory.filter = self._fitter.learn(y, rows, posterior, fit, limit=limit)
         if residuals.misfit > limit:
-            return self._contradict(y, faults, state, residuals)
+            return self._contradict(y, faults, posterior, residuals)
         self._trusted(fit.samples)
         return self._answer(fit.ln_force, fit.place_mm, faults)
 
@@ -346,57 +348,57 @@ class GaugeSoftness(touch.TouchEstimator):
         if not self._trusted():
             return self._refused(SoftnessStatus.MISFIT, faults)
         (modulus, sigma, status), (further, aside) = self._modulus()
-        code, state = self._used[faults][1], self._memory.filter
+        code, posterior = self._used[faults][1], self._memory.filter
         if code and status == SoftnessStatus.OK:
             status = int(SoftnessStatus.LEFT_OUT)
-        where = (place + aside, state.place_sigma_mm) if self._anywhere and state and math.isfinite(modulus) else ()
-        return GaugeEstimate(modulus, sigma, math.exp(ln_force + further), status, code, self._gauges + 1, *where)
+        answer = GaugeEstimate(modulus, sigma, math.exp(ln_force + further), status, code, self._gauges + 1)
+        if self._anywhere and posterior and math.isfinite(modulus):
+            return answer._replace(position_mm=place + aside, position_sigma_mm=posterior.place_sigma_mm)
+        return answer
 
-    def _watch_returning(self, y: np.ndarray, rows: np.ndarray, state: FilterState, fit: NoiseFit) -> None:
+    def _watch_returning(self, y: np.ndarray, rows: np.ndarray, posterior: FilterState, fit: NoiseFit) -> None:
         """Use a channel again that has fitted for long enough."""
         faults, returning = list(self._memory.faults), list(self._memory.returning)
         for channel, fault in enumerate(faults):
             if fault and math.isfinite(y[channel]):
                 every = np.sort(np.append(rows, channel))
-                (rest,), (variance,) = self._fitter.residuals(y, every, state, fit).expected(channel)
+                (rest,), (variance,) = self._fitter.residuals(y, every, posterior, fit).expected(channel)
                 fits = rest**2 < BLAME_RULES.fits_again * variance
                 returning[channel] = returning[channel] + fit.samples if fits else 0
                 if returning[channel] >= BLAME_RULES.back_after:
                     faults[channel] = returning[channel] = 0
         self._memory.faults, self._memory.returning = tuple(faults), tuple(returning)
 
-    def _beyond(self, y: np.ndarray, state: FilterState) -> SoftnessStatus | None:
+    def _beyond(self, y: np.ndarray, posterior: FilterState) -> SoftnessStatus | None:
         """The status for a force that all sensors place outside the domain, where readings are not calibrated."""
         low, high = self._fitter.surfaces.force_N
         force = float(y[-1]) if self._sensed else math.nan
-        if state.ln_force <= self._fitter.low and not force >= low:
+        if posterior.ln_force <= self._fitter.low and not force >= low:
             return SoftnessStatus.FORCE_BELOW
-        return SoftnessStatus.FORCE_ABOVE if state.ln_force >= self._fitter.high and not force <= high else None
+        return SoftnessStatus.FORCE_ABOVE if posterior.ln_force >= self._fitter.high and not force <= high else None
 
-    def _watched(self, found: tuple[int, ...], force: float) -> tuple[int, ...]:
+    def _watched(self, gauge_faults: tuple[int, ...], force: float) -> tuple[int, ...]:
         """Faults of this sample: those that persist, and those that the readings show by themselves."""
         memory, before = self._memory, self._memory.found
-        if found != before:
-            memory.found = found
-            if any(
-                new == FAULT_STUCK and old != FAULT_STUCK
-                for new, old in zip(found, before or self._clean, strict=False)
-            ):
+        if gauge_faults != before:
+            memory.found = gauge_faults
+            changes = zip(gauge_faults, before or self._clean, strict=False)
+            if any(new == FAULT_STUCK != old for new, old in changes):
                 # A gauge has just been recognised as stuck: samples learnt with it, and faults found with it, are void.
                 memory.filter, memory.faults, memory.distrust = None, self._clean, 0
-        if not found and force - force == 0.0:
+        if not gauge_faults and force - force == 0.0:
             return memory.faults
         missing = FAULT_MISSING if self._sensed and force - force != 0.0 else 0
-        now = (*(found or self._clean[1:]), missing)
+        now = (*(gauge_faults or self._clean[1:]), missing)
         return tuple([new or old for new, old in zip(now, memory.faults, strict=True)])
 
     def _of(self, faults: tuple[int, ...]) -> np.ndarray:
         """The channels that are used with these faults; kept by the code of the faults."""
-        known = self._used.get(faults)
-        if known is None:
+        cached = self._used.get(faults)
+        if cached is None:
             used = [not fault for fault in faults[:-1]] + [self._sensed and not faults[-1]]
-            self._used[faults] = known = np.flatnonzero(used), pack(faults)
-        return known[0]
+            self._used[faults] = cached = np.flatnonzero(used), pack(faults)
+        return cached[0]
 
     def _refused(self, status: SoftnessStatus, faults: tuple[int, ...]) -> GaugeEstimate:
         """An estimate without a modulus, with the reason as its status."""

@@ -25,7 +25,8 @@ from papilla.core.errors import InputError
 from papilla.core.units import SAMPLE_RATE_HZ
 from papilla.estimators.health import STUCK_SAMPLES, GaugeHealth, HealthState, numbered
 from papilla.estimators.softness.channels import Doubts, SdReading, Tangent
-from papilla.estimators.softness.fitter import FilterState, Fitter, NoiseFit, Start
+from papilla.estimators.softness.fitter import FilterState, Fitter, NoiseFit
+from papilla.estimators.softness.touch_start import Start
 from papilla.estimators.stream import SpreadTask, Stream, completed
 
 NOISE_REACH = 4.0
@@ -144,16 +145,16 @@ class TouchEstimator(Stream):
         self._low = max(self._contact, fitter.surfaces.force_N[0])
         self._lowest = fitter.least_reading() * (self._contact / fitter.surfaces.force_N[0])
         # S_d has the noise and the zero error of a gauge divided by the root of the number of gauges.
-        each = np.append(np.full(gauges, math.sqrt(gauges / fitter.channels)), 1.0)
-        self._zero_noise = each * fitter.noise[[0] * gauges + [-1]]
-        self._zero_sigma = each * ([fitter.doubts.zero_microstrain] * gauges + [fitter.doubts.force_offset_N])
+        scale = np.append(np.full(gauges, math.sqrt(gauges / fitter.channels)), 1.0)
+        self._zero_noise = scale * fitter.noise[[0] * gauges + [-1]]
+        self._zero_sigma = scale * ([fitter.doubts.zero_microstrain] * gauges + [fitter.doubts.force_offset_N])
         self._clean, self._all = (0,) * (gauges + 1), np.arange(fitter.channels + 1)
         self.reset()
 
     def _take(self, sample: tuple[float, ...]):
         readings, force = sample[:-1], sample[-1]
-        found, self._memory.health = self._health.check(readings, self._memory.health)
-        return self.feel(readings, force, found)
+        faults, self._memory.health = self._health.check(readings, self._memory.health)
+        return self.feel(readings, force, faults)
 
     @abstractmethod
     def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]):
@@ -228,10 +229,8 @@ class TouchEstimator(Stream):
                 # Kalman gain of one more mean: exactly known zeros do not change by noise.
                 zeros, variance = np.array(memory.zeros), self._zero_sigma**2
                 zeros += (before - zeros) * variance / (variance * (memory.airborne / count + 1) + noise)
-                memory.zeros, memory.airborne = (
-                    tuple(zeros.tolist()),
-                    min(memory.airborne + count, TOUCH_RULES.zero_samples),
-                )
+                memory.zeros = tuple(zeros.tolist())
+                memory.airborne = min(memory.airborne + count, TOUCH_RULES.zero_samples)
 
     def _moved(self, sample: tuple[float, ...]) -> list[float]:
         """Readings and force minus their zeros; plain numbers, because arrays are slower for so few values."""
@@ -239,9 +238,8 @@ class TouchEstimator(Stream):
 
     def _unknown(self) -> FilterState:
         """The filter at the beginning of a touch."""
-        return self._fitter.prior(
-            TOUCH_RULES.air_share if self._memory.airborne >= TOUCH_RULES.zero_samples / 2 else 1.0
-        )
+        zeros_known = self._memory.airborne >= TOUCH_RULES.zero_samples / 2
+        return self._fitter.prior(TOUCH_RULES.air_share if zeros_known else 1.0)
 
     def _outside(self, fit: NoiseFit) -> SoftnessStatus | None:
         """The status of a contact outside the calibrated range."""
@@ -259,7 +257,7 @@ class TouchEstimator(Stream):
         """The answer after the first sample (c + 1,) of a touch."""
 
     @abstractmethod
-    def _follow(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, fit: NoiseFit):
+    def _follow(self, y: np.ndarray, faults: tuple[int, ...], posterior: FilterState, fit: NoiseFit):
         """The answer after a mean of samples of a known touch, and its fit."""
 
     @abstractmethod
@@ -269,25 +267,26 @@ class TouchEstimator(Stream):
     def _gather(self, y: np.ndarray, faults: tuple[int, ...]):
         """The answer after one more sample. Most samples resemble the one before, and wait until their slot is full."""
         memory, rows, flushed = self._memory, self._of(faults), False
-        state, slot = memory.filter, memory.slot
+        posterior, slot = memory.filter, memory.slot
         tangent: Tangent | None = None
         steps: tuple[float, float] | None = None
-        if slot and state:
-            if not slot.fit and slot.faults == faults and (tangent := self._near(state, rows)):
-                steps = tangent.steps(y, slot.reach, state.usual)
+        if slot and posterior:
+            if not slot.fit and slot.faults == faults and (tangent := self._near(posterior, rows)):
+                steps = tangent.steps(y, slot.reach, posterior.usual)
             if steps is None:
                 memory.slot = None
-                self._follow(slot.total / slot.samples, slot.faults, state, slot.fit or self._fit_of(slot, state))
-                state, slot, flushed = memory.filter, None, True
-        if state is None:
+                fit = slot.fit or self._fit_of(slot, posterior)
+                self._follow(slot.total / slot.samples, slot.faults, posterior, fit)
+                posterior, slot, flushed = memory.filter, None, True
+        if posterior is None:
             return self._begin(y, faults)
-        if slot is None and (tangent := self._near(state, rows)):
-            steps = tangent.steps(y, tangent.reach, state.usual)
+        if slot is None and (tangent := self._near(posterior, rows)):
+            steps = tangent.steps(y, tangent.reach, posterior.usual)
         if tangent is None or steps is None:
-            fit = self._fitter.noise_fit(y, rows, state)
-            odd = fit.here > state.usual or self._outside(fit)
+            fit = self._fitter.noise_fit(y, rows, posterior)
+            odd = fit.here > posterior.usual or self._outside(fit)
             if odd or not flushed or self._fitter.channels == 1:
-                return self._follow(y, faults, state, fit)
+                return self._follow(y, faults, posterior, fit)
             # It is learnt with the next sample, so that no sample has to do the work of two.
             memory.slot = Slot(y, 1, (), faults, fit)
             return self._answer(fit.ln_force, fit.place_mm, faults)
@@ -295,35 +294,35 @@ class TouchEstimator(Stream):
             slot = slot._replace(total=slot.total + y, samples=slot.samples + 1)
         else:
             slot = Slot(y, 1, tangent.about(steps), faults)
-        if slot.samples >= self._fitter.slot(state):
+        if slot.samples >= self._fitter.slot(posterior):
             # The rest is done with the next sample, so that neither takes too long.
-            slot = slot._replace(fit=self._fit_of(slot, state))
+            slot = slot._replace(fit=self._fit_of(slot, posterior))
         memory.slot = slot
         at, place, *_ = tangent.linear.at
         return self._answer(at + steps[0], place + steps[1], faults)
 
-    def _fit_of(self, slot: Slot, state: FilterState) -> NoiseFit:
-        return self._fitter.noise_fit(slot.total / slot.samples, self._of(slot.faults), state, slot.samples)
+    def _fit_of(self, slot: Slot, posterior: FilterState) -> NoiseFit:
+        return self._fitter.noise_fit(slot.total / slot.samples, self._of(slot.faults), posterior, slot.samples)
 
-    def _near(self, state: FilterState, rows: np.ndarray) -> Tangent | None:
+    def _near(self, posterior: FilterState, rows: np.ndarray) -> Tangent | None:
         """The tangent of a touch for these channels; None as long as samples are learnt one by one."""
-        if self._fitter.slot(state) <= 1:
+        if self._fitter.slot(posterior) <= 1:
             return None
-        known = self._tangent
-        if known is None or known.linear is not state.linear or known.rows is not rows:
-            assert state.linear is not None
-            self._tangent = known = self._fitter.tangent(state.linear, rows)
-        return known
+        tangent = self._tangent
+        if tangent is None or tangent.linear is not posterior.linear or tangent.rows is not rows:
+            assert posterior.linear is not None
+            self._tangent = tangent = self._fitter.tangent(posterior.linear, rows)
+        return tangent
 
     def _modulus(self) -> tuple[SoftnessEstimate, tuple[float, float]]:
         """The present modulus, and the difference of ln force and place (mm) between the filter and the fit of noise
         alone; both are computed again when the filter has changed."""
-        fitter, state = self._fitter, self._memory.filter
-        assert state is not None
-        if state is self._estimated[0]:
+        fitter, posterior = self._fitter, self._memory.filter
+        assert posterior is not None
+        if posterior is self._estimated[0]:
             return self._estimated[1]
-        modulus, sigma, (h, sigma_h, offset) = math.nan, math.nan, fitter.estimate(state)
-        if float(state.mean[1:] @ state.mean[1:]) > TOUCH_RULES.largest_errors:
+        modulus, sigma, (h, sigma_h, offset) = math.nan, math.nan, fitter.estimate(posterior)
+        if float(posterior.mean[1:] @ posterior.mean[1:]) > TOUCH_RULES.largest_errors:
             status = SoftnessStatus.MISFIT
         elif not 0.0 <= h <= fitter.top:
             status = SoftnessStatus.SOFTER if h < 0 else SoftnessStatus.HARDER
@@ -332,9 +331,9 @@ class TouchEstimator(Stream):
             modulus, relative = math.exp(ln_modulus), sigma_h / slope
             sigma = relative * modulus
             status = SoftnessStatus.NOT_IDENTIFIABLE if relative > IDENTIFIABLE_SIGMA else SoftnessStatus.OK
-        found = SoftnessEstimate(modulus, sigma, int(status)), offset
-        self._estimated = state, found
-        return found
+        answer = SoftnessEstimate(modulus, sigma, int(status)), offset
+        self._estimated = posterior, answer
+        return answer
 
 
 class Softness(TouchEstimator):
@@ -376,10 +375,10 @@ class Softness(TouchEstimator):
         if not memory_s > 0:
             raise InputError(f"memory_s must be greater than 0, got {memory_s}")
         self._keep = math.exp(-1 / (memory_s * checks.positive("sample_rate_Hz", sample_rate_Hz)))
-        known = doubts or Doubts()
-        known = replace(known, zero_microstrain=known.zero_microstrain / math.sqrt(gauges))
+        stated = doubts or Doubts()
+        stated = replace(stated, zero_microstrain=stated.zero_microstrain / math.sqrt(gauges))
         self._surface = SdReading(calibration)
-        fitter = Fitter(self._surface, self._reading_sigma, force_sigma_N, known, None)
+        fitter = Fitter(self._surface, self._reading_sigma, force_sigma_N, stated, None)
         super().__init__(fitter, gauges, contact_force_N, saturation, stuck_samples)
 
     def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]) -> SoftnessEstimate:
@@ -402,17 +401,19 @@ class Softness(TouchEstimator):
         return self._gather(np.array((sd, force_N)), ())
 
     def _begin(self, y: np.ndarray, faults: tuple[int, ...]) -> SoftnessEstimate:
-        state = completed(self._start(y, self._all, self._unknown()))[1]
-        return self._follow(y, faults, state, self._fitter.noise_fit(y, self._all, state))
+        posterior = completed(self._start(y, self._all, self._unknown()))[1]
+        return self._follow(y, faults, posterior, self._fitter.noise_fit(y, self._all, posterior))
 
-    def _follow(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, fit: NoiseFit) -> SoftnessEstimate:
+    def _follow(
+        self, y: np.ndarray, faults: tuple[int, ...], posterior: FilterState, fit: NoiseFit
+    ) -> SoftnessEstimate:
         fitter = self._fitter
         if outside := self._outside(fit):
             return SoftnessEstimate(status=int(outside))
         softest, hardest = self._surface.usable(fit.ln_force)
-        if not softest <= fitter.ln_modulus(fitter.h_of_noise(state))[0] <= hardest:
+        if not softest <= fitter.ln_modulus(fitter.h_of_noise(posterior))[0] <= hardest:
             return SoftnessEstimate(status=int(SoftnessStatus.NOT_IDENTIFIABLE))
-        self._memory.filter = fitter.learn(y, self._all, state, fit, keep=self._keep)[1]
+        self._memory.filter = fitter.learn(y, self._all, posterior, fit, keep=self._keep)[1]
         return self._answer(fit.ln_force, fit.place_mm, faults)
 
     def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]) -> SoftnessEstimate:

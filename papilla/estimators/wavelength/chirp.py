@@ -31,20 +31,9 @@ from papilla.estimators.wavelength.chirp_memory import (
     ChirpStatus,
     Step,
 )
-from papilla.estimators.wavelength.frequency_search import (
-    PRIOR_STIFFNESS_SIGMA,
-    FrequencySearch,
-    SubharmonicTest,
-    price_of,
-)
+from papilla.estimators.wavelength.frequency_search import FrequencySearch, SubharmonicTest, price_of
 from papilla.estimators.wavelength.memory import WIDEST_RANGE_RATIO
-from papilla.estimators.wavelength.motion_fit import (
-    CHIRP_BAND_LIMIT,
-    MOTION_KNOTS,
-    MOTION_PARAMETERS,
-    SHAPE_PARAMETERS,
-    MotionFit,
-)
+from papilla.estimators.wavelength.motion_fit import MOTION_KNOTS, MOTION_PARAMETERS, SHAPE_PARAMETERS, MotionFit
 from papilla.estimators.wavelength.spectrum import FEWEST_ROWS
 
 WINDOW_PERIODS, SEARCH_PERIODS = 4.5, 2.0
@@ -88,10 +77,6 @@ few periods."""
 VAGUE_FREQUENCY_SIGMA, CRAWL_FREQUENCY_SHARE = 0.05, 0.25
 """Relative sigma of the frequency above which a wavelength is held, and the share of its usual frequency below which it
 is held."""
-WHITE_NOISE_LIMITS = 0.6, 1.5
-"""Limits of the ratio of the readings' variance to that of white noise with the same third differences. Between them
-nothing moves (four standard deviations of noise in 133 readings), and there is no search, which is the most expensive
-part."""
 QUIET_POWER_SHARE = 0.1
 """Share of the profile's power that the readings must have for movement."""
 
@@ -129,14 +114,13 @@ class ChirpTracker(Stream):
         saturation: float = checks.LARGEST_READING,
     ):
         self._rate = rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
-        top = CHIRP_BAND_LIMIT * rate
+        top = motion_fit.CHIRP_BAND_LIMIT * rate
         asked = (15.0, min(400.0, top)) if frequency_range_Hz is None else frequency_range_Hz
         self._lowest, self._highest = lowest, highest = checks.rising("frequency_range_Hz", asked)
         if not 2 * lowest <= highest <= min(top, WIDEST_RANGE_RATIO * lowest):
             raise InputError(
                 f"frequency_range_Hz must span a factor 2 to {WIDEST_RANGE_RATIO} below "
-                f"{CHIRP_BAND_LIMIT:g} of the sampling rate "
-                f"({top:g} Hz), got {lowest:g} to {highest:g} Hz"
+                f"{motion_fit.CHIRP_BAND_LIMIT:g} of the sampling rate ({top:g} Hz), got {lowest:g} to {highest:g} Hz"
             )
         self._lag = round(checks.within("lag_s", lag_s, 0, LONGEST_LAG_S) * rate)
         self.lag_s = self._lag / rate
@@ -149,7 +133,6 @@ class ChirpTracker(Stream):
         self._spacing = (self._window - 1) / rate / MOTION_KNOTS
         searched = round(SEARCH_PERIODS * rate / self._lowest)
         self._middle = (np.arange(searched) - 0.5 * (searched - 1)) / rate
-        self._drift = np.vander(self._middle / self._middle[-1], 3)
         self.reset()
 
     def _fresh(self) -> ChirpMemory:
@@ -164,16 +147,16 @@ class ChirpTracker(Stream):
     @property
     def other_Hz(self) -> float:
         """The other possible frequency, of which the last answer may be a harmonic; 0 if there is none."""
-        stroke, other = self._memory.stroke, self._memory.other
-        return abs(float(stroke.motion[1])) * other if stroke is not None and other == other else 0.0
+        stroke, ratio = self._memory.stroke, self._memory.other
+        return abs(float(stroke.motion[1])) * ratio if stroke is not None and ratio == ratio else 0.0
 
     def _take(self, sample):
         memory, (reading, velocity) = self._memory, (*sample, math.nan)[:2]
         usable = -self._limit < reading < self._limit
         # The buffer holds twice what is kept and is compacted only when full: a copy once in many samples, not in each.
         if memory.count == len(memory.readings):
-            for own in (memory.readings, memory.phases):
-                own[: self._kept] = own[-self._kept :]
+            for buffer in (memory.readings, memory.phases):
+                buffer[: self._kept] = buffer[-self._kept :]
             memory.count = self._kept
         memory.readings[memory.count], memory.phases[memory.count] = reading if usable else math.nan, math.nan
         memory.count += 1
@@ -207,12 +190,8 @@ class ChirpTracker(Stream):
             memory.answers = self._answers(stroke)
         frequency, sigma = memory.answers[memory.since]
         seen = memory.since < 2 * self._hop and memory.followed > PROVED_PERIODS and not memory.absent
-        good = (
-            seen
-            and stroke.proved
-            and memory.doubt < DOUBTED_RESIDUAL_RATIO
-            and sigma < 2 * VAGUE_FREQUENCY_SIGMA * frequency
-        )
+        sure = stroke.proved and memory.doubt < DOUBTED_RESIDUAL_RATIO
+        good = seen and sure and sigma < 2 * VAGUE_FREQUENCY_SIGMA * frequency
         crawling = frequency <= CRAWL_FREQUENCY_SHARE * memory.swing**0.5
         # Near a reversal f tends to 0, and v / f is a quotient of two small numbers: hold the wavelength instead.
         if good and not memory.other and sigma < VAGUE_FREQUENCY_SIGMA * frequency and not crawling and speed == speed:
@@ -223,9 +202,9 @@ class ChirpTracker(Stream):
 
     def _answers(self, stroke: MotionFit) -> list[tuple[float, float]]:
         """Frequency and its standard deviation in Hz, `lag_s` before each sample of the next step."""
-        memory, known = self._memory, slice(MOTION_PARAMETERS + MOTION_KNOTS)
+        memory, parameters = self._memory, slice(motion_fit.JUMPS_PART.stop)
         rates, slopes = motion_fit.rates_at(stroke, (np.arange(memory.since + 2 * self._hop) - self._lag) / self._rate)
-        variances = ((slopes @ stroke.covariance[known, known]) * slopes).sum(axis=1) * max(memory.doubt, 1.0)
+        variances = ((slopes @ stroke.covariance[parameters, parameters]) * slopes).sum(axis=1) * max(memory.doubt, 1.0)
         # Add the uncertainty by a jump since the youngest knot, because no parameter describes it.
         variances += (0.3 * memory.lively * self._spacing**1.5) ** 2 * memory.swing
         return list(zip(np.abs(rates).tolist(), np.sqrt(variances).tolist(), strict=True))
@@ -309,10 +288,9 @@ class ChirpTracker(Stream):
         trend = [math.inf, 2 * size, *[memory.wander * size] * MOTION_KNOTS]
         prior = np.diag(np.array([*motion, *trend, *[10 * size] * SHAPE_PARAMETERS]) ** -2.0)
         # The profile learnt from readings that have left the window.
-        prior[-SHAPE_PARAMETERS:, -SHAPE_PARAMETERS:] += memory.known / stroke.noise
-        about = np.concatenate(
-            [stroke.motion, np.zeros(MOTION_KNOTS), stroke.trend[:2], np.zeros(MOTION_KNOTS), memory.about]
-        )
+        prior[motion_fit.SHAPE_PART, motion_fit.SHAPE_PART] += memory.known / stroke.noise
+        still = np.zeros(MOTION_KNOTS)
+        about = np.concatenate([stroke.motion, still, stroke.trend[:2], still, memory.about])
         about[MOTION_PARAMETERS - 1] = (mean / variance + stroke.motion[-1] * firm) / (1 / variance + firm)
         return prior, about
 
@@ -327,25 +305,18 @@ class ChirpTracker(Stream):
         # A residual above the noise means that the hand moves less smoothly than assumed, so let the motion jump more.
         livelier = 2.0 if memory.doubt > LIVELIER_MOTION_RATIO else 1.0
         usual, size = self._swing(stroke) * self._spacing**0.5, abs(float(stroke.shape[0])) + TINY_DIVISOR
-        spread, begin = stroke.covariance.diagonal(), MOTION_PARAMETERS + MOTION_KNOTS + 2
-        found = self._grown(
-            memory.lively, stroke.jumps / usual, spread[MOTION_PARAMETERS : MOTION_PARAMETERS + MOTION_KNOTS] / usual**2
-        )
-        memory.lively = min(max(found * livelier, MOTION_NOISE_LIMITS[0]), MOTION_NOISE_LIMITS[1])
-        found = self._grown(
-            memory.wander, stroke.trend[-MOTION_KNOTS:] / size, spread[begin : begin + MOTION_KNOTS] / size**2
-        )
-        memory.wander = min(max(found * livelier, OFFSET_KINK_LIMITS[0]), OFFSET_KINK_LIMITS[1])
+        spread = stroke.covariance.diagonal()
+        grown = self._grown(memory.lively, stroke.jumps / usual, spread[motion_fit.JUMPS_PART] / usual**2)
+        memory.lively = min(max(grown * livelier, MOTION_NOISE_LIMITS[0]), MOTION_NOISE_LIMITS[1])
+        kinks = spread[motion_fit.TREND_PART][-MOTION_KNOTS:]
+        grown = self._grown(memory.wander, stroke.trend[-MOTION_KNOTS:] / size, kinks / size**2)
+        memory.wander = min(max(grown * livelier, OFFSET_KINK_LIMITS[0]), OFFSET_KINK_LIMITS[1])
         mean, variance = memory.stiffness
         # One hop of the window's readings is new.
-        own = (
-            max(1 / float(stroke.covariance[MOTION_PARAMETERS - 1, MOTION_PARAMETERS - 1]) - 1 / variance, 0.0)
-            * hop
-            / self._window
-        )
-        mean += (float(stroke.motion[-1]) - mean) * own / (1 / variance + own)
-        variance = 1 / (1 / variance + own) + STIFFNESS_WALK**2 * hop / self._rate
-        memory.stiffness = mean, min(variance, PRIOR_STIFFNESS_SIGMA**2)
+        information = max(1 / float(spread[MOTION_PARAMETERS - 1]) - 1 / variance, 0.0) * hop / self._window
+        mean += (float(stroke.motion[-1]) - mean) * information / (1 / variance + information)
+        variance = 1 / (1 / variance + information) + STIFFNESS_WALK**2 * hop / self._rate
+        memory.stiffness = mean, min(variance, motion_fit.PRIOR_STIFFNESS_SIGMA**2)
         share = hop / self._rate / FORGOTTEN_S
         crawling = abs(float(stroke.motion[1])) < CRAWL_FREQUENCY_SHARE * self._swing(stroke)
         memory.absent = self._still(stroke.noise, 0.5 * float(stroke.shape @ stroke.shape))
@@ -354,17 +325,17 @@ class ChirpTracker(Stream):
         # no noise.
         share *= 3 * (memory.doubt < DOUBTED_RESIDUAL_RATIO)
         # A fit that ran beyond the visible band follows nothing: give it up.
-        followed = abs(float(stroke.motion[1])) < CHIRP_BAND_LIMIT * self._rate
+        followed = abs(float(stroke.motion[1])) < motion_fit.CHIRP_BAND_LIMIT * self._rate
         self._take_on(stroke._replace(noise=stroke.noise + share * (noise - stroke.noise)) if followed else None)
 
-    def _grown(self, prior: float, found: np.ndarray, variance: np.ndarray) -> float:
+    def _grown(self, prior: float, values: np.ndarray, variance: np.ndarray) -> float:
         """The expected standard deviation, updated after values (k,) were found with these variances.
 
         Estimates under a prior of variance s^2 scatter by s^2 minus their own variance. If they scatter by more, the
         prior was too narrow.
         """
         expected = np.maximum(prior**2 - variance, 0.0)
-        ratio = min(float(found @ found) / max(float(expected.sum()), 1e-12 * prior**2), 5.0)
+        ratio = min(float(values @ values) / max(float(expected.sum()), 1e-12 * prior**2), 5.0)
         weight = self._hop / self._rate / LEARNT_S * float(expected.mean()) / prior**2
         return prior * math.exp(0.5 * weight * (ratio - 1))
 
@@ -421,13 +392,14 @@ class ChirpTracker(Stream):
         sure = stroke is not None and memory.doubt < LIVELIER_MOTION_RATIO
         if memory.waited < SEARCH_S[sure] * self._rate * (stroke is not None or memory.idle):
             return None
-        begun = self._latest()[-len(self._middle) :].copy()
+        newest = self._latest()[-len(self._middle) :].copy()
+        search = FrequencySearch(newest, self._middle, self._lowest, self._highest, self._rate)
         # Without a fit, first ask whether the readings are more than noise: a search is the most expensive part.
-        memory.idle, memory.waited = stroke is None and not self._moves(begun), 0
+        memory.idle, memory.waited = stroke is None and not search.moves(), 0
         # The present fit's cost on the readings of this search, minus the margin: fixed now, because the search ends
         # later.
         memory.rival = memory.price - RIVAL_NATS
-        return None if memory.idle else FrequencySearch(begun, self._middle, self._lowest, self._highest, self._rate)
+        return None if memory.idle else search
 
     def _periods(self, stroke: MotionFit) -> SubharmonicTest:
         """A test on the readings with known phase: those of the window, and earlier ones without a gap."""
@@ -436,33 +408,21 @@ class ChirpTracker(Stream):
         now = motion_fit.phase_at(stroke, self._times[-memory.span :])[0]
         # The phase now counts from another whole turn.
         before = now - phases[first:end]
-        known = before[np.isfinite(before)]
-        turns = round(float(np.median(known))) if known.size else 0
-        same = known.size > 0 and float(np.abs(known - turns).max()) < SAME_TURN
+        shifts = before[np.isfinite(before)]
+        turns = round(float(np.median(shifts))) if shifts.size else 0
+        same = shifts.size > 0 and float(np.abs(shifts - turns).max()) < SAME_TURN
         phases[:first] = phases[:first] + turns if same else math.nan
         phases[first:end] = now
         begin = end - int(np.isfinite(phases[:end][::-1]).argmin()) if np.isnan(phases[:end]).any() else 0
         rate = max(abs(float(stroke.motion[1])), self._lowest)
         return SubharmonicTest(phases[begin:end].copy(), memory.readings[begin:end].copy(), self._lowest / rate)
 
-    def _moves(self, readings: np.ndarray) -> bool:
-        """Whether readings contain more than drift and white noise, whose variance follows from their differences."""
-        seen = np.flatnonzero(np.isfinite(readings))
-        if len(seen) < motion_fit.FEWEST_READINGS:
-            return False
-        basis, values = self._drift[seen], readings[seen] - readings[seen].mean()
-        left = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
-        # Third differences of white noise of variance s^2 have the variance 20 s^2 and remove slow movements.
-        noise = np.diff(left, 3)
-        ratio = float(left @ left) / max(float(noise @ noise) / 20, TINY_DIVISOR)
-        return not WHITE_NOISE_LIMITS[0] < ratio < WHITE_NOISE_LIMITS[1]
-
     def _choose(self, best: MotionFit | None, price: float) -> None:
         """Follow the best fit of a search from now on if it is better than the present one."""
-        memory, own = self._memory, self._memory.stroke
+        memory, stroke = self._memory, self._memory.stroke
         if best is None or memory.waited > LONGEST_SEARCH:
             return
-        if own is not None and own.proved and memory.doubt < LOST_RESIDUAL_RATIO and price > memory.rival:
+        if stroke is not None and stroke.proved and memory.doubt < LOST_RESIDUAL_RATIO and price > memory.rival:
             return
         # The search fitted the middle of its window; extrapolate to its end. The next steps catch up with the present.
         motion = motion_fit.moved(best.motion, float(self._middle[-1]))
@@ -471,11 +431,7 @@ class ChirpTracker(Stream):
         memory.since, memory.span, memory.followed, memory.doubt = memory.waited, len(self._middle), 0.0, 1.0
         # A new fit has learnt nothing yet: profile, stiffness and noise of the motion start from their priors.
         memory.known, memory.about = np.zeros((SHAPE_PARAMETERS, SHAPE_PARAMETERS)), best.shape.copy()
-        memory.stiffness, memory.lively, memory.wander = (
-            (0.0, PRIOR_STIFFNESS_SIGMA**2),
-            FIRST_LIVELY,
-            OFFSET_KINK_LIMITS[0],
-        )
-        memory.swing = float(best.motion[1]) ** 2
+        memory.stiffness, memory.swing = (0.0, motion_fit.PRIOR_STIFFNESS_SIGMA**2), float(best.motion[1]) ** 2
+        memory.lively, memory.wander = FIRST_LIVELY, OFFSET_KINK_LIMITS[0]
         # The first test follows as soon as the fit was followed for long enough.
         memory.phases[:], memory.asked, memory.clean, memory.other = math.nan, LONGEST_SEARCH, CLEAN_TESTS, math.nan

@@ -8,8 +8,7 @@ import numpy as np
 
 from papilla.core.status import Status
 from papilla.estimators.stream import SpreadTask
-from papilla.estimators.wavelength.frequency_search import PRIOR_STIFFNESS_SIGMA
-from papilla.estimators.wavelength.motion_fit import SHAPE_PARAMETERS, Design, MotionFit
+from papilla.estimators.wavelength.motion_fit import PRIOR_STIFFNESS_SIGMA, SHAPE_PARAMETERS, Design, MotionFit
 
 FIRST_LIVELY = 1.0
 """Process noise of the motion at the beginning of a fit, relative to the frequency, in s^-2 and per sqrt(Hz)."""

@@ -13,7 +13,6 @@ mistake.
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -21,10 +20,19 @@ import numpy as np
 from papilla.core.errors import InputError
 from papilla.core.units import MS_PER_S, TINY_DIVISOR
 from papilla.estimators.stream import Pieces, SpreadTask
+from papilla.estimators.wavelength.follower_settings import (
+    DELAY_SETTINGS,
+    PACE_SETTINGS,
+    REACH_SETTINGS,
+    TRUST_LIMITS,
+    WINDOW_SETTINGS,
+)
 from papilla.estimators.wavelength.line_search import LineSearch
 from papilla.estimators.wavelength.memory import (
     CELLS_PER_WAVELENGTH,
     LEADING_COLUMNS,
+    LOST_AMPLITUDE_SHARE,
+    LOST_AMPLITUDE_SIGMAS,
     SAME_WAVELENGTH_DIFFERENCE,
     Cells,
     Memory,
@@ -33,111 +41,8 @@ from papilla.estimators.wavelength.memory import (
     Task,
     TrackingStatus,
 )
-from papilla.estimators.wavelength.refine import LOST_AMPLITUDE_SHARE, LOST_AMPLITUDE_SIGMAS, share_kept
+from papilla.estimators.wavelength.refine import share_kept
 from papilla.estimators.wavelength.spectrum import FEWEST_STEPS, size_of, slope
-
-
-@dataclass(frozen=True)
-class WindowSettings:
-    """How much path is remembered, and how finely.
-
-    cell : length of a cell in shortest wavelengths; averaging in it lowers the line of that wavelength by 3 %.
-    span : path that is remembered, in longest wavelengths; least_span : as much at least, although a very wide range of
-    wavelengths needs more than most_cells for it. spare : cells that are kept beyond those of a running search.
-    grid_span : path for which the grid of a spectrum is made, in longest wavelengths.
-    """
-
-    cell: float = 0.125
-    span: float = 16.0
-    least_span: float = 6.0
-    grid_span: float = 10.0
-    most_cells: int = 1024
-    spare: int = 256
-
-
-@dataclass(frozen=True)
-class Pace:
-    """How often a search or a glance is due, and how fast a search goes on.
-
-    hop, glance : cells between two searches and between two glances; soon : the hop at low rates, in longest
-    wavelengths. still_s : time without movement after which the finger counts as standing.
-    steady : searches that must agree (or find nothing) before searches get fewer. spare_s : the least time between two
-    of them then. Once every delay of the path was tried: spare : least new path before the next, as a part of the path
-    that a search covers; grown : the same where no glance would see another surface, or no search found a line: a tenth
-    of new path hardly changes what so many searches said. As long as glances see the line of so many searches, the next
-    one waits for a whole window of new path.
-    pieces_Hz : pieces of a search per second at low rates (a search has some forty). A search in fewer readings than
-    `light` has shorter pieces; a sample does at most most_pieces of them.
-    humming : searches during which a line over time is subtracted before it must be found again.
-    """
-
-    hop: int = 24
-    glance: int = 8
-    soon: float = 0.125
-    still_s: float = 0.2
-    steady: int = 4
-    spare_s: float = 0.15
-    spare: float = 0.25
-    grown: float = 0.1
-    pieces_Hz: float = 1200.0
-    light: int = 1000
-    most_pieces: int = 2
-    humming: int = 30
-
-
-@dataclass(frozen=True)
-class TrustLimits:
-    """When an answer may be used.
-
-    agree, agree_humming : searches in a row that must find the same wavelength: one may be wrong, but two seldom make
-    the same mistake; three while hum is subtracted, because the same subtraction may repeat a mistake. vague :
-    relative sigma above which a wavelength is not "ok": two sigmas are 5 %.
-    """
-
-    agree: int = 2
-    agree_humming: int = 3
-    vague: float = 0.025
-
-
-@dataclass(frozen=True)
-class SearchReach:
-    """How the path that a search may use shrinks and grows.
-
-    A line that looks smeared (the surface or the force changed within the path) is searched in a path that is `shorter`
-    by this factor, unless a path up to `longer` times as long was not tried: beside a long wave a line looks smeared in
-    a path too short to separate the two. Each good search lets the path grow by the factor `grows`.
-    """
-
-    shorter: float = 0.6
-    longer: float = 1.6
-    grows: float = 1.15
-
-
-@dataclass(frozen=True)
-class Delay:
-    """How an unknown delay of the path is found.
-
-    trials_ms : delays that are tried. sigma_s, drift_s : standard deviation of the delay before anything is known, and
-    of its drift from search to search. sharper : ratio by which lines must be sharper for another delay to be used, at
-    most `sharpest` from one trial; plain : power over the background of a clear line, without which lines may be
-    sharper by chance alone.
-    """
-
-    trials_ms: range = range(-4, 34, 2)
-    sigma_s: float = 0.01
-    drift_s: float = 1e-4
-    sharper: float = 1.6
-    sharpest: float = 4.0
-    plain: float = 30.0
-
-
-WINDOW_SETTINGS, PACE_SETTINGS, TRUST_LIMITS, REACH_SETTINGS, DELAY_SETTINGS = (
-    WindowSettings(),
-    Pace(),
-    TrustLimits(),
-    SearchReach(),
-    Delay(),
-)
 
 
 class PathSearch(NamedTuple):
@@ -174,13 +79,12 @@ class Follower:
 
     def fresh(self) -> Memory:
         """State without any knowledge."""
-        given = self.options.latency_s
+        latency_s = self.options.latency_s
         cells = Cells(np.zeros(self._kept), self._cell, 0.5 * self.options.low)
-        late = (0.0, DELAY_SETTINGS.sigma_s**2) if given is None else (given, 0.0)
-        even = [1.0] * len(self._trials)
-        return Memory(
-            cells, hop=PACE_SETTINGS.hop, limit=self._span, late_s=late[0], late_variance=late[1], sharper=even
-        )
+        late_s, variance = (0.0, DELAY_SETTINGS.sigma_s**2) if latency_s is None else (latency_s, 0.0)
+        memory = Memory(cells, hop=PACE_SETTINGS.hop, limit=self._span, late_s=late_s, late_variance=variance)
+        memory.sharper = [1.0] * len(self._trials)
+        return memory
 
     def remember(self, memory: Memory) -> None:
         """Continue from this state."""
@@ -228,17 +132,17 @@ class Follower:
         return 1 / wavenumber, math.hypot(sigma / wavenumber, self.options.scale_sigma) / wavenumber
 
     def _status(self) -> TrackingStatus:
-        memory, found = self.memory, self.memory.finding.status
+        memory, status = self.memory, self.memory.finding.status
         if memory.doubted:
             return TrackingStatus.SEARCHING
-        if found in (TrackingStatus.TIME_LOCKED, TrackingStatus.OUT_OF_RANGE):
-            return found
+        if status in (TrackingStatus.TIME_LOCKED, TrackingStatus.OUT_OF_RANGE):
+            return status
         # If a search after the change found anything, its status was returned above.
         if memory.changed:
             return TrackingStatus.NO_TEXTURE
         # The order is that of certainty: what excludes an answer at all comes before what only makes it doubtful.
-        if not found.good:
-            return found
+        if not status.good:
+            return status
         if memory.late_variance > 0 and memory.late_s >= self._trials[-1]:
             # The delay is beyond the range, or the velocity is low-passed: the path is wrong.
             return TrackingStatus.INCOHERENT
@@ -247,12 +151,9 @@ class Follower:
             return TrackingStatus.SEARCHING
         if math.hypot(sigma / wavenumber, self.options.scale_sigma) > TRUST_LIMITS.vague:
             return TrackingStatus.VAGUE
-        inside = (
-            self.options.low * (1 - SAME_WAVELENGTH_DIFFERENCE)
-            <= 1 / wavenumber
-            <= self.options.high * (1 + SAME_WAVELENGTH_DIFFERENCE)
-        )
-        return found if inside else TrackingStatus.OUT_OF_RANGE
+        shortest = self.options.low * (1 - SAME_WAVELENGTH_DIFFERENCE)
+        longest = self.options.high * (1 + SAME_WAVELENGTH_DIFFERENCE)
+        return status if shortest <= 1 / wavenumber <= longest else TrackingStatus.OUT_OF_RANGE
 
     def _go_on(self) -> None:
         """Do a glance, the next piece of a search, or the first one."""
@@ -271,9 +172,8 @@ class Follower:
             if end - begin < PACE_SETTINGS.hop:
                 memory.searched = end
                 return
-            memory.search = SpreadTask(
-                PathSearch(self._task(begin, end), begin, end, float(memory.cells.between(begin, end)[0, 1]))
-            )
+            origin = float(memory.cells.between(begin, end)[0, 1])
+            memory.search = SpreadTask(PathSearch(self._task(begin, end), begin, end, origin))
 
     def _due(self, end: int) -> bool:
         """Whether the next search is due, a hop after the last one: many that agreed save some time, if glances would
@@ -295,30 +195,30 @@ class Follower:
                     return self._conclude(result, search.task)
                 return self._weigh(result, search.task.score)
 
-    def _glances(self, found: SearchResult) -> bool:
+    def _glances(self, finding: SearchResult) -> bool:
         """Whether a glance may find the line missing. It may not if the line is weaker than the rest of the readings,
         which may be another wave as well as noise."""
-        power = np.abs(found.amplitude) ** 2 / 2
-        return self._alone(found) and bool((power > found.noise).any())
+        power = np.abs(finding.amplitude) ** 2 / 2
+        return self._alone(finding) and bool((power > finding.noise).any())
 
-    def _alone(self, found: SearchResult) -> bool:
+    def _alone(self, finding: SearchResult) -> bool:
         """Whether a glance can measure the line: not if a search must subtract other lines first."""
-        return bool(found.amplitude) and not (found.mixed or self.memory.hums_Hz)
+        return bool(finding.amplitude) and not (finding.mixed or self.memory.hums_Hz)
 
     def _glance(self, end: int) -> bool:
         """Test whether the newest periods still contain the line; if not, a search is due. False if there was no
         test."""
-        memory, found, cells = self.memory, self.memory.finding, self.memory.cells
-        if not (memory.agreed and self._alone(found) and (memory.glances or memory.whole)):
+        memory, finding, cells = self.memory, self.memory.finding, self.memory.cells
+        if not (memory.agreed and self._alone(finding) and (memory.glances or memory.whole)):
             return False
         memory.glanced = end
         # The glance compares phases, so it must stay within one stroke, on one surface, in cells that are still stored.
         begin = max(*cells.breaks[-1:], memory.begin, cells.first)
         # The phase is known only in strokes that the search used, and until the next turn.
         along = cells.between(begin, memory.searched)[:, 1]
-        if cells.extreme_cell < end - 1 or not len(along) or abs(along[-1] - along[0]) < found.extent:
+        if cells.extreme_cell < end - 1 or not len(along) or abs(along[-1] - along[0]) < finding.extent:
             return False
-        wavenumber = found.wavenumber
+        wavenumber = finding.wavenumber
         rows = cells.between(max(begin, end - int(4 / wavenumber / cells.length)), end)
         if len(rows) < 4:
             return False
@@ -326,7 +226,7 @@ class Follower:
         place = rows[:, 1] - memory.origin + memory.late_s * slope(rows[:, 1]) / slope(rows[:, 0])
         seen = np.isfinite(rows[:, LEADING_COLUMNS:])
         readings = np.where(seen, rows[:, LEADING_COLUMNS:], 0.0)
-        share = share_kept(place, readings, seen, wavenumber, found.amplitude, found.noise, 2)
+        share = share_kept(place, readings, seen, wavenumber, finding.amplitude, finding.noise, 2)
         if share is not None:
             memory.status = None
             memory.doubted = memory.glances and share[0] + LOST_AMPLITUDE_SIGMAS * share[1] < LOST_AMPLITUDE_SHARE
@@ -349,11 +249,13 @@ class Follower:
         # Only differences count: a long path or a late hour must not cost digits.
         rows[:, :2] -= rows[0, :2]
         breaks = tuple(cell - begin for cell in memory.cells.breaks if begin < cell < end)
-        known = memory.known[0] if memory.agreed else 0.0
+        wavenumber = memory.known[0] if memory.agreed else 0.0
         late = memory.late_s, memory.late_variance
-        return Task(rows, breaks, self.options, self._grid, self._size, *late, known, memory.proved, memory.hums_Hz)
+        return Task(
+            rows, breaks, self.options, self._grid, self._size, *late, wavenumber, memory.proved, memory.hums_Hz
+        )
 
-    def _conclude(self, found: SearchResult, search: PathSearch) -> None:
+    def _conclude(self, finding: SearchResult, search: PathSearch) -> None:
         """Update the state by a finished search."""
         memory, end = self.memory, search.end
         memory.searched = end
@@ -361,19 +263,19 @@ class Follower:
         # many searches.
         if self.options.latency_s is None:
             memory.trial = (memory.trial + 1) % len(self._trials)
-            if found.score > 0:
-                memory.search = SpreadTask(search._replace(trial_s=self._trials[memory.trial], score=found.score))
-        if self._held(found):
+            if finding.score > 0:
+                memory.search = SpreadTask(search._replace(trial_s=self._trials[memory.trial], score=finding.score))
+        if self._held(finding):
             memory.doubted = False
             return
-        before, memory.finding, memory.doubted = memory.known[0], found, False
+        before, memory.finding, memory.doubted = memory.known[0], finding, False
         # Searching less often saves time. It is safe once many searches agreed (or none found anything), and all delays
         # were tried.
         tried, cells = max(memory.agreed, memory.missed) > PACE_SETTINGS.steady + len(self._trials), end - search.begin
         memory.hummed += 1
-        if found.hums_Hz or memory.hummed > PACE_SETTINGS.humming:
-            memory.hums_Hz, memory.hummed = found.hums_Hz, 0
-        memory.glances = self._glances(found)
+        if finding.hums_Hz or memory.hummed > PACE_SETTINGS.humming:
+            memory.hums_Hz, memory.hummed = finding.hums_Hz, 0
+        memory.glances = self._glances(finding)
         memory.hop = max(PACE_SETTINGS.hop, int(PACE_SETTINGS.grown * cells) if tried else 0)
         if self._pieces > 1:
             # At low rates a search takes few samples, so the next one may come sooner.
@@ -381,65 +283,58 @@ class Follower:
             memory.hop = min(max(soon, 2), PACE_SETTINGS.hop)
         if tried and memory.agreed and memory.glances:
             memory.hop = max(PACE_SETTINGS.hop, int(PACE_SETTINGS.spare * cells))
-        good = found.status.good
+        good = finding.status.good
         memory.missed = 0 if good else memory.missed + 1
         if good:
             memory.origin = search.origin
             # Agreement: within 2 %, or within three sigmas where the wavelength is not known that well.
-            same = (
-                before > 0
-                and abs(found.wavenumber / before - 1)
-                < SAME_WAVELENGTH_DIFFERENCE + LOST_AMPLITUDE_SIGMAS * found.sigma / before
+            change, change_of_proved = (
+                abs(finding.wavenumber / max(wavenumber, TINY_DIVISOR) - 1) for wavenumber in (before, memory.proved)
             )
+            slack = SAME_WAVELENGTH_DIFFERENCE + LOST_AMPLITUDE_SIGMAS * finding.sigma / max(before, TINY_DIVISOR)
+            memory.agreed = memory.agreed + 1 if before > 0 and change < slack else 1
             # A surface that is found again, for example after lost contact, is known.
-            again = (
-                memory.changed
-                and abs(found.wavenumber / max(memory.proved, TINY_DIVISOR) - 1) < SAME_WAVELENGTH_DIFFERENCE
-            )
-            memory.agreed = memory.agreed + 1 if same else 1
-            memory.agreed = max(memory.agreed, TRUST_LIMITS.agree_humming * again)
-            memory.proved = found.wavenumber if memory.agreed > PACE_SETTINGS.steady else memory.proved
-            memory.known, memory.changed, memory.guessed = (found.wavenumber, found.sigma), False, False
+            if memory.changed and change_of_proved < SAME_WAVELENGTH_DIFFERENCE:
+                memory.agreed = max(memory.agreed, TRUST_LIMITS.agree_humming)
+            memory.proved = finding.wavenumber if memory.agreed > PACE_SETTINGS.steady else memory.proved
+            memory.known, memory.changed, memory.guessed = (finding.wavenumber, finding.sigma), False, False
             if memory.late_variance > 0:
-                memory.late_s = min(max(found.late_s, self._trials[0]), self._trials[-1])
-                memory.late_variance = min(found.late_variance + DELAY_SETTINGS.drift_s**2, DELAY_SETTINGS.sigma_s**2)
+                memory.late_s = min(max(finding.late_s, self._trials[0]), self._trials[-1])
+                memory.late_variance = min(finding.late_variance + DELAY_SETTINGS.drift_s**2, DELAY_SETTINGS.sigma_s**2)
         else:
             memory.agreed = 0
             # The known wavelength is better than a guess.
-            if found.wavenumber > 0 and (before <= 0 or memory.guessed):
-                memory.known, memory.guessed = (found.wavenumber, found.sigma), True
-        self._choose_path(found)
+            if finding.wavenumber > 0 and (before <= 0 or memory.guessed):
+                memory.known, memory.guessed = (finding.wavenumber, finding.sigma), True
+        self._choose_path(finding)
         # The search found the old line, but its newest two periods no longer contain it: begin again with these alone.
-        if good and found.kept + LOST_AMPLITUDE_SIGMAS * found.kept_sigma < LOST_AMPLITUDE_SHARE:
-            self._begin_anew(end, 2 / found.wavenumber)
+        if good and finding.gone:
+            self._begin_anew(end, 2 / finding.wavenumber)
         memory.whole = cells if tried and memory.agreed > PACE_SETTINGS.steady else 0
 
-    def _choose_path(self, found: SearchResult) -> None:
+    def _choose_path(self, finding: SearchResult) -> None:
         """Choose the path that the next search may use: see `SearchReach`."""
-        memory, good = self.memory, found.status.good
+        memory, good = self.memory, finding.status.good
         lost, least = memory.changed and not good, 2 * self.options.high
-        if lost and found.extent < 1.1 * least:
+        if lost and finding.extent < 1.1 * least:
             memory.limit = self._span
-        elif lost or (
-            found.status == TrackingStatus.INCOHERENT and found.extent > REACH_SETTINGS.longer * memory.smeared
-        ):
+        elif lost or (finding.smeared and finding.extent > REACH_SETTINGS.longer * memory.smeared):
             # A step of the force, for example when contact returns, hides the line until the window has passed it. A
             # line beside a long wave looks smeared in a path that is too short to separate the two: then a longer path
             # is tried.
-            memory.limit = max(REACH_SETTINGS.shorter * found.extent, least)
-            memory.smeared = 0.0 if lost else -max(found.extent, abs(memory.smeared))
+            memory.limit = max(REACH_SETTINGS.shorter * finding.extent, least)
+            memory.smeared = 0.0 if lost else -max(finding.extent, abs(memory.smeared))
         else:
             # Negative until a shorter path turns out to contain no line at all.
             memory.smeared = 0.0 if good else abs(memory.smeared)
-            memory.limit = min(REACH_SETTINGS.grows * max(memory.limit, found.extent), self._span)
+            memory.limit = min(REACH_SETTINGS.grows * max(memory.limit, finding.extent), self._span)
 
-    def _held(self, found: SearchResult) -> bool:
+    def _held(self, finding: SearchResult) -> bool:
         """Whether a search finds the line on which many agreed, although its phases are too disturbed for
         refinement."""
         memory = self.memory
-        near = any(abs(1 / wavelength - memory.proved) < 0.5 / found.extent for wavelength, *_ in found.lines)
-        lost = found.kept + LOST_AMPLITUDE_SIGMAS * found.kept_sigma < LOST_AMPLITUDE_SHARE
-        return found.status == TrackingStatus.INCOHERENT and memory.agreed > PACE_SETTINGS.steady and near and not lost
+        near = any(abs(1 / wavelength - memory.proved) < 0.5 / finding.extent for wavelength, *_ in finding.lines)
+        return finding.smeared and memory.agreed > PACE_SETTINGS.steady and near and not finding.gone
 
     def _begin_anew(self, end: int, path: float) -> None:
         """Begin again for another surface, with the newest path alone."""

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.core.units import TINY_DIVISOR
 from papilla.estimators.stream import Pieces, completed
 from papilla.estimators.wavelength import motion_fit
 from papilla.estimators.wavelength.fundamental import (
@@ -26,13 +27,7 @@ from papilla.estimators.wavelength.fundamental import (
     fundamental_of,
     hints,
 )
-from papilla.estimators.wavelength.motion_fit import (
-    CHIRP_BAND_LIMIT,
-    MOTION_KNOTS,
-    SHAPE_PARAMETERS,
-    TREND_PARAMETERS,
-    MotionFit,
-)
+from papilla.estimators.wavelength.motion_fit import MOTION_KNOTS, SHAPE_PARAMETERS, TREND_PARAMETERS, MotionFit
 from papilla.estimators.wavelength.spectrum import (
     CYCLE_EXPONENT,
     highest_shown,
@@ -53,10 +48,12 @@ FITTED_WINDOW_PARTS = 0.5, 0.5, 0.75, *[math.inf] * 3
 OCTAVE_BONUS_NATS = 15.0
 """Bonus in the cost (nats) for each octave of the frequency: a fit of half the frequency can explain every reading as
 well."""
+WHITE_NOISE_LIMITS = 0.6, 1.5
+"""Limits of the ratio of the readings' variance to that of white noise with the same third differences. Between them
+nothing moves (four standard deviations of noise in 133 readings), and there is no search, which is the most expensive
+part."""
 HELD_PRIOR_SIGMA = 1e-3
 """Prior standard deviation of what a search holds at 0."""
-PRIOR_STIFFNESS_SIGMA = 60.0
-"""Prior standard deviation of the stiffness (1/s^2)."""
 FEWEST_TESTED_PERIODS = 4.0
 """Smallest number of periods in the longest stroke for a test for a harmonic."""
 SMALLEST_STEP_CYCLES, MOST_TESTED_LINES = 1 / 16, 10
@@ -73,6 +70,19 @@ class FrequencySearch(NamedTuple):
     high: float
     rate_Hz: float
 
+    def moves(self) -> bool:
+        """Whether the readings hold more than drift and white noise, whose variance follows from their differences."""
+        seen = np.flatnonzero(np.isfinite(self.readings))
+        if len(seen) < motion_fit.FEWEST_READINGS:
+            return False
+        basis = np.vander(self.time / self.time[-1], 3)[seen]
+        values = self.readings[seen] - self.readings[seen].mean()
+        residual = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
+        # Third differences of white noise of variance s^2 have the variance 20 s^2 and remove slow movements.
+        noise = np.diff(residual, 3)
+        ratio = float(residual @ residual) / max(float(noise @ noise) / 20, TINY_DIVISOR)
+        return not WHITE_NOISE_LIMITS[0] < ratio < WHITE_NOISE_LIMITS[1]
+
     def run(self) -> Pieces[tuple[MotionFit | None, float]]:
         """The best fit, with its motion at time 0, or None if no fit is significant; and its cost."""
         places: list[tuple[float, np.ndarray]] = []
@@ -83,14 +93,12 @@ class FrequencySearch(NamedTuple):
             before = price
             for motion in trials:
                 yield
-                found, cost = yield from self._fitted(motion)
-                if found is not None and cost < price:
-                    best, price = found, cost
+                fit, cost = yield from self._fitted(motion)
+                if fit is not None and cost < price:
+                    best, price = fit, cost
             # A wrong multiple is found more easily than the right one, and leads to it.
             # All multiples once more from the new best fit, until none is better.
-            trials = (
-                [best.motion * (n, n, n, 1) for n in FREQUENCY_MULTIPLES] if best is not None and price < before else []
-            )
+            trials = [best.motion * (n, n, n, 1) for n in FREQUENCY_MULTIPLES] if best and price < before else []
         return best, price
 
     def _spectrum(self, chirp: float) -> Pieces[list[tuple[float, np.ndarray]]]:
@@ -122,17 +130,11 @@ class FrequencySearch(NamedTuple):
         offset = float(self.readings[seen].mean())
         values = np.where(seen, self.readings - offset, 0.0)
         noise = float(values @ values) / int(seen.sum())
-        if noise == 0 or not self.low / 1.1 < motion[1] < CHIRP_BAND_LIMIT * self.rate_Hz:
+        if noise == 0 or not self.low / 1.1 < motion[1] < motion_fit.CHIRP_BAND_LIMIT * self.rate_Hz:
             return None
-        nothing = (
-            np.append(offset, np.zeros(TREND_PARAMETERS - 1)),
-            np.zeros(SHAPE_PARAMETERS),
-            np.zeros((1, 1)),
-            noise,
-            values,
-            0.0,
-        )
-        still = MotionFit(np.array([0.0, *motion[1:]]), np.zeros(MOTION_KNOTS), 0.0, 1.0, *nothing)
+        begin, jumps, shape = np.array([0.0, *motion[1:]]), np.zeros(MOTION_KNOTS), np.zeros(SHAPE_PARAMETERS)
+        trend = np.append(offset, np.zeros(TREND_PARAMETERS - 1))
+        still = MotionFit(begin, jumps, 0.0, 1.0, trend, shape, np.zeros((1, 1)), noise, values, 0.0)
         wave = np.exp(-CYCLE_EXPONENT * motion_fit.phase_at(still, self.time)[0])
         # The phase of the strongest component near the middle, where the motion matters least.
         near = np.abs(self.time) < FITTED_WINDOW_PARTS[0] * self.time[-1]
@@ -147,11 +149,9 @@ class FrequencySearch(NamedTuple):
         # The short window of a search cannot distinguish jumps from a chirp: jumps, and kinks of the offset, are held
         # at 0.
         size, still = 2 * begun.noise**0.5, [HELD_PRIOR_SIGMA] * MOTION_KNOTS
-        free = [0.5, 1 / self.time[-1], 3 * float(motion[1]), PRIOR_STIFFNESS_SIGMA]
-        prior = np.diag(
-            np.array([*free, *still, size, size, *[HELD_PRIOR_SIGMA * size] * MOTION_KNOTS, *[size] * SHAPE_PARAMETERS])
-            ** -2.0
-        )
+        free = [0.5, 1 / self.time[-1], 3 * float(motion[1]), motion_fit.PRIOR_STIFFNESS_SIGMA]
+        trend = [size, size, *[HELD_PRIOR_SIGMA * size] * MOTION_KNOTS]
+        prior = np.diag(np.array([*free, *still, *trend, *[size] * SHAPE_PARAMETERS]) ** -2.0)
         about, distance = begun.values, np.abs(self.time) / self.time[-1]
         for reach in FITTED_WINDOW_PARTS:
             near = np.where(distance < reach, self.readings, math.nan)
@@ -187,25 +187,23 @@ class SubharmonicTest(NamedTuple):
         strokes = yield from strokes_of(self.phase[rows], self.readings[rows, None], begin)
         yield
         # On a grid finer than the samples there would be images of the lines (`tracking.memory.Task`).
-        step, shown = (
-            max(SMALLEST_STEP_CYCLES, middle(np.abs(np.diff(strokes.place)))),
-            highest_shown(strokes.place, SMALLEST_STEP_CYCLES),
-        )
-        longest = max(float(np.ptp(strokes.place[own])) for own in strokes.rows)
+        step = max(SMALLEST_STEP_CYCLES, middle(np.abs(np.diff(strokes.place))))
+        highest = highest_shown(strokes.place, SMALLEST_STEP_CYCLES)
+        longest = max(float(np.ptp(strokes.place[stroke])) for stroke in strokes.rows)
         spectrum = yield from spectrum_of(strokes, step, size_of(longest, step))
-        lines = yield from spectrum.lines(1 / MOST_SUBHARMONICS, shown, MOST_TESTED_LINES)
+        lines = yield from spectrum.lines(1 / MOST_SUBHARMONICS, highest, MOST_TESTED_LINES)
         near = 2 / strokes.extent
         # Lines at whole cycles are the followed wave itself; the rest may belong to a lower fundamental.
-        own = [line for line in lines if abs(line.wavenumber - max(round(line.wavenumber), 1)) < near]
-        if not own:
+        whole_cycles = [line for line in lines if abs(line.wavenumber - max(round(line.wavenumber), 1)) < near]
+        if not whole_cycles:
             return math.nan
-        chosen = own[0]._replace(wavenumber=1.0)
+        chosen = whole_cycles[0]._replace(wavenumber=1.0)
         reach = HARMONIC_SLACK_RESOLUTIONS / strokes.extent
-        rest = [line for line in lines if line not in own and line.chance < CONFIRMED_CHANCE]
+        rest = [line for line in lines if line not in whole_cycles and line.chance < CONFIRMED_CHANCE]
         others = [line for line in rest if line.amplitude > FAINTEST_HARMONIC * chosen.amplitude]
-        found = fundamental_of(chosen, others, reach, set(others), False)
-        if found.wavenumber < 1 or found.other:
-            return found.other if found.wavenumber == 1 else found.wavenumber
+        period = fundamental_of(chosen, others, reach, set(others), False)
+        if period.wavenumber < 1 or period.other:
+            return period.other if period.wavenumber == 1 else period.wavenumber
         for divisor in range(2, MOST_SUBHARMONICS + 1):
             yield
             if hints(spectrum, lines, chosen, divisor, near, self.lowest):
@@ -217,7 +215,7 @@ def nominated(places: list[tuple[float, np.ndarray]]) -> list[np.ndarray]:
     """The best peaks of all spectra, without repetitions."""
     chosen: list[np.ndarray] = []
     for _, motion in sorted(places, key=lambda place: -place[0]):
-        if all(abs(motion[1] / other[1] - 1) > 0.05 for other in chosen):
+        if all(abs(motion[1] / stronger[1] - 1) > 0.05 for stronger in chosen):
             chosen.append(motion)
     return chosen[:SPECTRUM_NOMINEES]
 
@@ -226,5 +224,5 @@ def price_of(stroke: MotionFit, noise: float, count: int, rate_Hz: float) -> flo
     """Cost of a fit that leaves this noise in `count` readings: Schwarz's criterion (1978, doi:10.1214/aos/1176344136)
     with the number of harmonics that the rate shows, minus `OCTAVE_BONUS_NATS` for each octave of its frequency."""
     rate = max(abs(float(stroke.motion[1])), 1.0)
-    present = min(motion_fit.FITTED_HARMONICS, int(CHIRP_BAND_LIMIT * rate_Hz / rate))
+    present = min(motion_fit.FITTED_HARMONICS, int(motion_fit.CHIRP_BAND_LIMIT * rate_Hz / rate))
     return count * math.log(noise) + 2 * present * math.log(count) - OCTAVE_BONUS_NATS * math.log2(rate)

@@ -58,7 +58,7 @@ def no_multiples(lines: Sequence[Any], wavenumber: float, reach: float) -> list[
 
 
 def fundamental_of(
-    chosen: Line, others: Sequence[Line], reach: float, own: Collection[Line], ridged: bool
+    chosen: Line, others: Sequence[Line], reach: float, possible: Collection[Line], ridged: bool
 ) -> FundamentalPeriod:
     """The greatest common divisor, in wavenumber, of the chosen line and the others; the chosen line's wavenumber if
     there is no sign of a lower one.
@@ -66,26 +66,19 @@ def fundamental_of(
     A divisor (the chosen wavenumber over 2 to 6) is accepted if lines of another texture would hardly lie so near to
     its multiples by chance. Otherwise the question stays open: a loud line that fits is a doubt as long as it fits.
 
-    others : lines that are not multiples of the chosen one; reach : how far (1/mm) a line may miss its place; own :
-    lines that may be the surface's; ridged : whether the finger's ridges may amplify a harmonic above the fundamental,
-    so that a line near the place of one is a doubt. Faint lines alone are no proof: a contact with stick-slip may
-    repeat only after several periods.
+    others : lines that are not multiples of the chosen one; reach : how far (1/mm) a line may miss its place;
+    possible : lines that may be the surface's; ridged : whether the finger's ridges may amplify a harmonic above the
+    fundamental, so that a line near the place of one is a doubt. Faint lines alone are no proof: a contact with
+    stick-slip may repeat only after several periods.
     """
-    k, best, found, open_ = (
-        chosen.wavenumber,
-        1.0,
-        FundamentalPeriod(chosen.wavenumber, 0.0),
-        FundamentalPeriod(chosen.wavenumber, 0.0),
-    )
+    k, best = chosen.wavenumber, 1.0
+    accepted = open_ = FundamentalPeriod(k, 0.0)
     for divisor in range(2, MOST_SUBHARMONICS + 1):
         base = k / divisor
         slack = min(reach, 0.1 * base)
         off = [abs(line.wavenumber - max(round(line.wavenumber / base), 1) * base) / slack for line in others]
-        near = [
-            (by, line)
-            for by, line in zip(off, others, strict=True)
-            if by < (NEAR_HARMONIC_REACHES if ridged else 1) and line in own
-        ]
+        widest = NEAR_HARMONIC_REACHES if ridged else 1
+        near = [(by, line) for by, line in zip(off, others, strict=True) if by < widest and line in possible]
         fits = [line for by, line in near if by < 1]
         if ridged and near and not open_.other:
             open_ = FundamentalPeriod(k, base)
@@ -97,10 +90,10 @@ def fundamental_of(
         if chance < min(COINCIDENCE_CHANCE if loud else FAINT_COINCIDENCE_CHANCE, PLAINER_CHANCE_RATIO * best):
             least = HEARD_IN_STEP * max(line.amplitude for line in (chosen, *fits))
             orders = [round(line.wavenumber / base) for line in (chosen, *fits) if line.amplitude > least]
-            best, found = chance, FundamentalPeriod(base, 0.0 if math.gcd(*orders) == 1 else k)
+            best, accepted = chance, FundamentalPeriod(base, 0.0 if math.gcd(*orders) == 1 else k)
         if (loud or chance <= COINCIDENCE_CHANCE) and not open_.loud and (loud or not open_.other):
             open_ = FundamentalPeriod(k, base, loud)
-    return found if found.wavenumber < k else open_
+    return accepted if accepted.wavenumber < k else open_
 
 
 def hints(spectrum: Spectrum, lines: list[Line], chosen: Line, divisor: int, near: float, lowest: float) -> bool:
@@ -113,15 +106,15 @@ def hints(spectrum: Spectrum, lines: list[Line], chosen: Line, divisor: int, nea
     half = int(spectrum.resolution / 2)
     for order in range(1, 2 * divisor + 2 if chosen.wavenumber > divisor * lowest else 2):
         place = order * chosen.wavenumber / divisor
-        known = place < near or any(abs(line.wavenumber - place) < near for line in lines)
-        if known or math.gcd(order, divisor) > 1:
+        excluded = place < near or any(abs(line.wavenumber - place) < near for line in lines)
+        if excluded or math.gcd(order, divisor) > 1:
             continue
         at = round(place / spectrum.step)
         heard = spectrum.power[max(at - half, 0) : at + half + 1].max(initial=0.0) ** 0.5
         # A power that is faint compared with the line is not a sign, even if it is more than noise.
-        least, rare = (
-            (FAINTEST_HARMONIC, CONFIRMED_CHANCE / (divisor - 1)) if order == 1 else (HINTING_AMPLITUDE, HINTING_CHANCE)
-        )
+        least, rare = HINTING_AMPLITUDE, HINTING_CHANCE
+        if order == 1:
+            least, rare = FAINTEST_HARMONIC, CONFIRMED_CHANCE / (divisor - 1)
         if heard > least * chosen.amplitude and spectrum.chance(place) < rare:
             return True
     return False

@@ -68,11 +68,11 @@ class LineSearch(Refinement):
     def run(self) -> Pieces[SearchResult]:
         """Search."""
         task, finding = self._task, self.finding
-        found = yield from self._line()
-        if found is None:
+        choice = yield from self._line()
+        if choice is None:
             return finding
-        chosen, status, refused = found
-        fundamental, other, _ = yield from self._fundamental(chosen)
+        chosen, status, refused = choice
+        fundamental, second, _ = yield from self._fundamental(chosen)
         bent = self._bend * chosen.wavenumber > PATH_BEND_PERIODS
         if status == TrackingStatus.CONSTANT_SPEED and not bent and self._motor_like(fundamental):
             status = TrackingStatus.LONE
@@ -85,9 +85,9 @@ class LineSearch(Refinement):
             return self._guess(chosen.wavenumber, TrackingStatus.OUT_OF_RANGE)
         # The known wavenumber is nearer to the result of the phases than the place of a peak.
         near = abs(task.before - fundamental) < KNOWN_NEAR / self._strokes.extent
-        finding.other = other
+        finding.other = second
         self._wavenumber = task.before if near else fundamental
-        return (yield from self._by_phases(fundamental, TrackingStatus.AMBIGUOUS if other else status, refused))
+        return (yield from self._by_phases(fundamental, TrackingStatus.AMBIGUOUS if second else status, refused))
 
     def _line(self) -> Pieces[tuple[Line, TrackingStatus, bool] | None]:
         """The strongest line that is the surface's, its status, and whether a louder line was refused; or None."""
@@ -119,9 +119,8 @@ class LineSearch(Refinement):
             return False
         highest = task.highest(self._place)
         resolution = 1 / self._strokes.extent
-        found = yield from spectrum.lines(
-            2 * resolution, min(2 / self._options.low, highest * 2), 3 * MOST_SEARCH_LINES
-        )
+        widest = min(2 / self._options.low, highest * 2)
+        peaks = yield from spectrum.lines(2 * resolution, widest, 3 * MOST_SEARCH_LINES)
         yield
         # The more places a search looks at, the more often noise makes a peak at one of them. So the chance at one
         # place is multiplied by the number of resolutions within a factor e of it, and by the number of such factors in
@@ -130,7 +129,7 @@ class LineSearch(Refinement):
         octaves = np.log(max(self._options.high / self._options.low, 2.0)) / resolution
         real = [
             line
-            for line in found
+            for line in peaks
             if line.chance * max(octaves * line.wavenumber, 1.0) < SEARCH_FALSE_ALARM
             or (line.chance < CONFIRMED_CHANCE and abs(line.wavenumber - task.proved) < 0.5 * resolution)
         ]
@@ -138,9 +137,9 @@ class LineSearch(Refinement):
         self._inside = [line for line in self._lines if 1 / self._options.high <= line.wavenumber <= highest]
         finding.extent = self._strokes.extent
         finding.lines = tuple((1 / line.wavenumber, line.ratio, line.chance) for line in self._inside)
-        finding.score = max((line.ratio for line in found if line.wavenumber >= 1 / self._options.high), default=0.0)
+        finding.score = max((line.ratio for line in peaks if line.wavenumber >= 1 / self._options.high), default=0.0)
         if not self._inside:
-            near = [line for line in found if 1 / self._options.high <= line.wavenumber <= highest]
+            near = [line for line in peaks if 1 / self._options.high <= line.wavenumber <= highest]
             if near:
                 self._guess(max(near, key=lambda line: line.amplitude).wavenumber, TrackingStatus.SEARCHING)
             elif self._lines:
@@ -179,11 +178,8 @@ class LineSearch(Refinement):
             origin = yield from self._origin(line)
             # The strongest line is hum and can be separated: subtract it and look again, once. What is left may be the
             # surface.
-            if (
-                origin == TrackingStatus.TIME_LOCKED
-                and self._bend * line.wavenumber > PATH_BEND_PERIODS
-                and not self._cleaned
-            ):
+            separable = self._bend * line.wavenumber > PATH_BEND_PERIODS
+            if origin == TrackingStatus.TIME_LOCKED and separable and not self._cleaned:
                 self._time_lines = [line._replace(wavenumber=self._exact(line.wavenumber)) for line in self._time_lines]
                 return (yield from self._chosen_without(self._time_lines))
             # Accept the first line that is not hum, unless it may be a harmonic of a fundamental that hum hides.
@@ -217,8 +213,10 @@ class LineSearch(Refinement):
         """Lines in the range, strongest first; the known one comes first unless another is much stronger."""
         before, most = self._task.before, self._inside[0].amplitude
         near = 1 / self._strokes.extent
-        known = [line for line in self._inside if abs(line.wavenumber - before) < near and line.amplitude > 0.85 * most]
-        return known[:1] + [line for line in self._inside if line not in known[:1]]
+        familiar = [
+            line for line in self._inside if abs(line.wavenumber - before) < near and line.amplitude > 0.85 * most
+        ]
+        return familiar[:1] + [line for line in self._inside if line not in familiar[:1]]
 
     def _origin(self, line: Line) -> Pieces[TrackingStatus]:
         """OK for a line over the path, CONSTANT_SPEED if it may be one over time, TIME_LOCKED if it is."""
@@ -233,11 +231,9 @@ class LineSearch(Refinement):
         if separable and time > enough and time > EXCLUDING_ENERGY_RATIO * path:
             return TrackingStatus.TIME_LOCKED
         # If a longer path once separated a line from the mains, a short one after lost contact does not make it theirs.
-        hum = (
-            self._near_hum(line)
-            and abs(line.wavenumber - self._task.proved) >= SAME_WAVELENGTH_DIFFERENCE * self._task.proved
-        )
-        return TrackingStatus.TIME_LOCKED if hum else TrackingStatus.CONSTANT_SPEED
+        proved = self._task.proved
+        unproved = abs(line.wavenumber - proved) >= SAME_WAVELENGTH_DIFFERENCE * proved
+        return TrackingStatus.TIME_LOCKED if unproved and self._near_hum(line) else TrackingStatus.CONSTANT_SPEED
 
     def _exact(self, frequency: float) -> float:
         """The mains harmonic or resonance that a frequency cannot be distinguished from; else the frequency."""
@@ -256,10 +252,8 @@ class LineSearch(Refinement):
         slowest, fastest = MOTORS_HZ[0] - resolution, MOTORS_HZ[1] + resolution
         if not slowest < frequency < min(fastest, SHOWN_HARMONIC_FREQUENCY * self._options.rate_Hz / 2):
             return False
-        return (
-            min(self._spectrum.chance(order * wavenumber) for order in range(2, FITTED_HARMONICS + 1))
-            > SEARCH_FALSE_ALARM
-        )
+        harmonics = (order * wavenumber for order in range(2, FITTED_HARMONICS + 1))
+        return min(map(self._spectrum.chance, harmonics)) > SEARCH_FALSE_ALARM
 
     def _hidden(self, line: Line, hums: list[Line]) -> bool:
         """Whether a stronger line over time may hide the fundamental of which this line is a harmonic."""
@@ -280,35 +274,34 @@ class LineSearch(Refinement):
         # A harmonic of the mains counts as theirs only if other mains lines are present.
         bent = self._bend * k > PATH_BEND_PERIODS
         humming = not bent and any(self._near_hum(line, max(MAINS_LINES_HZ)) for line in self._lines)
-        others = periods.no_multiples(
-            [line for line in self._lines if line.amplitude > periods.FAINTEST_HARMONIC * chosen.amplitude], k, reach
-        )
-        own = set()
+        loud = [line for line in self._lines if line.amplitude > periods.FAINTEST_HARMONIC * chosen.amplitude]
+        others = periods.no_multiples(loud, k, reach)
+        possible = set()
         for line in others:
             timed = humming and self._near_hum(line)
             if bent:
                 yield
                 timed = (yield from self._origin(line)) == TrackingStatus.TIME_LOCKED
             if not timed:
-                own.add(line)
-        found = periods.fundamental_of(chosen, others, reach, own, self._options.ridge_pitch_mm > 0)
-        if not bent and found.wavenumber == k:
+                possible.add(line)
+        period = periods.fundamental_of(chosen, others, reach, possible, self._options.ridge_pitch_mm > 0)
+        if not bent and period.wavenumber == k:
             # At a constant speed a line beside the mains, but not at their frequency, may be the surface's: not proved,
             # only doubtful.
             apart = {line for line in others if not self._near_hum(line, within=HARMONIC_SLACK_RESOLUTIONS)}
-            either = periods.fundamental_of(chosen, others, reach, own | apart, False)
+            either = periods.fundamental_of(chosen, others, reach, possible | apart, False)
             if either.loud or either.wavenumber < k:
-                found = FundamentalPeriod(k, either.other or either.wavenumber, True)
+                period = FundamentalPeriod(k, either.other or either.wavenumber, True)
         # No line gives a lower fundamental. Look for one that is too weak to be a line: it makes the answer doubtful.
-        if found.wavenumber == k and not found.other and not humming:
+        if period.wavenumber == k and not period.other and not humming:
             divisors = range(2, MOST_SUBHARMONICS + 1)
             near, lowest = 2 / self._strokes.extent, 1 / self._options.high
             hinted = (k / n for n in divisors if periods.hints(self._spectrum, self._lines, chosen, n, near, lowest))
-            beside = k / 2 if periods.lone(chosen, self._options.ridge_pitch_mm) else 0.0
-            found = found._replace(other=next(hinted, beside))
+            hidden = k / 2 if periods.lone(chosen, self._options.ridge_pitch_mm) else 0.0
+            period = period._replace(other=next(hinted, hidden))
         # Faint lines that come and go do not raise doubt about a wavenumber on which many searches agreed.
-        agreed = found.wavenumber == k and abs(k - self._task.proved) < SAME_WAVELENGTH_DIFFERENCE * k
-        return found._replace(other=0.0) if agreed and not found.loud else found
+        agreed = period.wavenumber == k and abs(k - self._task.proved) < SAME_WAVELENGTH_DIFFERENCE * k
+        return period._replace(other=0.0) if agreed and not period.loud else period
 
 
 def _bend_of(time: np.ndarray, place: np.ndarray, weight: np.ndarray) -> float:

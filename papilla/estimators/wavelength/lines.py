@@ -138,9 +138,8 @@ def find_lines(
     shortest = _shortest(position)
     low, high = _searched(position, shortest, wavelength_range_mm)
     # Minus their mean, so that an offset costs no digits.
-    strokes = completed(
-        strokes_of(position, channels - channels.mean(axis=0), np.array([0, len(position)]), DRIFT_DEGREE)
-    )
+    channels = channels - channels.mean(axis=0)
+    strokes = completed(strokes_of(position, channels, np.array([0, len(position)]), DRIFT_DEGREE))
     finest = max(shortest, low / SPECTRUM_EXTENSION)
     step = finest / POINTS_PER_WAVELENGTH
     size = 1 << int(np.ceil(np.log2(GRID_PADDING * (int(strokes.extent / step) + 2))))
@@ -169,24 +168,22 @@ def latest_stretch(position_mm, wavelength_range_mm: tuple[float, float] | None 
     """
     position = checks.believable(np.asarray(position_mm, float))
     rows = np.flatnonzero(np.isfinite(position))
-    known = position[rows]
-    if known.size < 2:
+    places = position[rows]
+    if places.size < 2:
         raise InputError("a spectrum over position needs rows with a position")
-    low = (
-        _shortest(known)
-        if wavelength_range_mm is None
-        else max(wavelength_range_mm[0] / SPECTRUM_EXTENSION, _shortest(known))
-    )
+    low = _shortest(places)
+    if wavelength_range_mm is not None:
+        low = max(wavelength_range_mm[0] / SPECTRUM_EXTENSION, low)
     # For each row: the length of the path from it to the end.
-    reach = np.maximum.accumulate(known[::-1]) - np.minimum.accumulate(known[::-1])
+    reach = np.maximum.accumulate(places[::-1]) - np.minimum.accumulate(places[::-1])
     fits = int(np.searchsorted(reach, LONGEST_GRID * low / POINTS_PER_WAVELENGTH, side="right"))
-    return int(rows[known.size - fits]) if fits < known.size else 0
+    return int(rows[places.size - fits]) if fits < places.size else 0
 
 
 def usable(position_mm, readings) -> tuple[np.ndarray, np.ndarray, int, np.ndarray]:
     """Positions and readings (n, c) without unusable rows and constant channels; the number of rows left out, and the
     numbers (c,) of the channels."""
-    position, table = (checks.believable(np.asarray(own, float)) for own in (position_mm, readings))
+    position, table = (checks.believable(np.asarray(column, float)) for column in (position_mm, readings))
     table = table[:, None] if table.ndim == 1 else table
     if position.ndim != 1 or table.ndim != 2 or len(table) != len(position):
         raise InputError(f"position_mm (n,) and readings (n, channels) do not fit: {position.shape}, {table.shape}")
@@ -195,11 +192,11 @@ def usable(position_mm, readings) -> tuple[np.ndarray, np.ndarray, int, np.ndarr
     rows = np.isfinite(position) & np.isfinite(table[:, alive]).all(axis=1)
     if rows.sum() < 16:
         raise InputError(f"a spectrum needs 16 rows with a position and finite readings, got {int(rows.sum())}")
-    kept = table[np.ix_(rows, alive)]
-    changing = np.ptp(kept, axis=0) > LEAST_CHANNEL_CHANGE
+    values = table[np.ix_(rows, alive)]
+    changing = np.ptp(values, axis=0) > LEAST_CHANNEL_CHANGE
     if not changing.any():
         raise InputError("no channel has changing, finite readings")
-    return position[rows], kept[:, changing], int((~rows).sum()), np.flatnonzero(alive)[changing]
+    return position[rows], values[:, changing], int((~rows).sum()), np.flatnonzero(alive)[changing]
 
 
 def _shortest(position: np.ndarray) -> float:
@@ -248,7 +245,7 @@ def _lines(peaks: list[Line], resolution: float, searched: tuple[float, float], 
         if not searched[0] <= 1 / peak.wavenumber <= searched[1]:
             continue
         orders = ((order_of(peak, stronger, resolution), agreed) for stronger, agreed in fundamentals)
-        order, fundamental = next((found for found in orders if found[0] > 1), (1, 0.0))
+        order, fundamental = next((match for match in orders if match[0] > 1), (1, 0.0))
         if order == 1 and peak.amplitude < IMAGE_AMPLITUDE * peaks[0].amplitude:
             continue
         agreed = peak if order > 1 else with_harmonics(peak, peaks, resolution)
@@ -258,9 +255,8 @@ def _lines(peaks: list[Line], resolution: float, searched: tuple[float, float], 
             order, fundamental = round(peak.wavenumber / base), wavelength * round(peak.wavenumber / base)
             fundamentals.append((peak._replace(wavenumber=1 / fundamental, sigma=peak.sigma / order), fundamental))
         rarely = min(max(octaves * peak.wavenumber, 1.0) * peak.chance, 1.0)
-        lines.append(
-            SpectralLine(wavelength, sigma, peak.amplitude, peak.ratio, rarely, order, fundamental, peak.channels)
-        )
+        properties = peak.amplitude, peak.ratio, rarely, order, fundamental, peak.channels
+        lines.append(SpectralLine(wavelength, sigma, *properties))
     return lines
 
 
@@ -268,9 +264,9 @@ def _common(peak: Line, peaks: list[Line], resolution: float, longest_mm: float)
     """The wavenumber of which this peak and others as loud are, or may be, harmonics, even if no peak has it; its own
     if there is none in the range."""
     k, reach = peak.wavenumber, HARMONIC_SLACK_RESOLUTIONS * resolution
-    others = [own for own in peaks if abs(own.wavenumber - round(own.wavenumber / k) * k) > reach]
-    found = fundamental_of(peak, others, reach, set(others), False)
-    base = found.other if found.loud else found.wavenumber
+    others = [line for line in peaks if abs(line.wavenumber - round(line.wavenumber / k) * k) > reach]
+    period = fundamental_of(peak, others, reach, set(others), False)
+    base = period.other if period.loud else period.wavenumber
     return base if base * longest_mm > 1 else k
 
 
@@ -307,20 +303,20 @@ def with_harmonics(fundamental: Line, peaks: list[Line], resolution: float) -> L
 def _peaks(spectrum: Spectrum, strokes: Strokes, used: np.ndarray, false_alarm: float, octaves: float) -> list[Line]:
     """All peaks that noise would reach less often than `false_alarm` in all trials, largest first; used : the channels'
     numbers."""
-    power, each, resolution = spectrum.power, np.maximum(spectrum.each, TINY_DIVISOR), spectrum.resolution
+    power, powers, resolution = spectrum.power, np.maximum(spectrum.each, TINY_DIVISOR), spectrum.resolution
     tops = spectrum.tops(1, len(power) - 1)
     # A line that few channels show disappears in the mean with others: the most significant channel counts, with as
     # many trials as channels.
-    alone = np.array([background(own, tops, resolution).chance(own[tops]) for own in each])
+    alone = np.array([background(values, tops, resolution).chance(values[tops]) for values in powers])
     chance = 2 * np.minimum(background(power, tops, resolution).chance(power[tops]), len(used) * alone.min(axis=0))
     # Wavelengths of all sizes are equally likely, so each octave has as many independent trials and false alarms.
     rare = false_alarm / np.maximum(octaves * (tops * spectrum.step), 1.0)
-    tops, chance, shown = tops[chance < rare], chance[chance < rare], (alone < rare)[:, chance < rare]
+    tops, chance, showing = tops[chance < rare], chance[chance < rare], (alone < rare)[:, chance < rare]
     level = background(power, tops, resolution)
     ratio = power[tops] / level.power
     # Channels with common noise count according to the scatter of the pooled power, not according to their number.
     sigma = _spread(strokes) / np.sqrt(ratio * np.minimum(level.freedom / 2, len(used)))
     amplitude = np.sqrt(np.mean(spectrum.each[:, tops], axis=0)) / (0.5 * float(strokes.weight.sum()))
-    rows = (own.tolist() for own in (spectrum.vertices(tops), ratio, amplitude, chance, sigma))
-    channels = (tuple(used[own].tolist()) for own in shown.T)
+    rows = (values.tolist() for values in (spectrum.vertices(tops), ratio, amplitude, chance, sigma))
+    channels = (tuple(used[values].tolist()) for values in showing.T)
     return sorted(map(Line._make, zip(*rows, channels, strict=True)), key=lambda peak: -peak.amplitude)

@@ -31,6 +31,8 @@ WIDEST_RANGE_RATIO = 100
 """Largest ratio of the ends of a range that is searched."""
 SAME_WAVELENGTH_DIFFERENCE = 0.02
 """Relative difference up to which two wavelengths count as the same, and a wavelength as inside its range."""
+LOST_AMPLITUDE_SHARE, LOST_AMPLITUDE_SIGMAS = 0.5, 3.0
+"""Share of the amplitude, with so many sigmas, below which the newest periods show another surface."""
 FEWEST_WAVES = 4.0
 """Number of shortest wavelengths that the longest stroke must contain."""
 
@@ -159,6 +161,16 @@ class SearchResult:
     mixed: bool = False
     other: float = 0.0
 
+    @property
+    def gone(self) -> bool:
+        """Whether the newest periods no longer contain the line."""
+        return self.kept + LOST_AMPLITUDE_SIGMAS * self.kept_sigma < LOST_AMPLITUDE_SHARE
+
+    @property
+    def smeared(self) -> bool:
+        """Whether the line has no single wavelength in this path."""
+        return self.status == TrackingStatus.INCOHERENT
+
 
 class PathWindow(NamedTuple):
     """time, place, samples (m,) and number of the stroke (m,) of each row; begin (s + 1,) : first row of each stroke;
@@ -182,16 +194,15 @@ def window_of(task: Task, late_s: float) -> PathWindow | None:
     breaks = np.array(task.breaks, int)
     if late_s:
         at = time + late_s
-        known = (at >= time[0]) & (at <= time[-1])
+        inside = (at >= time[0]) & (at <= time[-1])
         # Where the stated path turned at t + late, the finger turned at t.
-        breaks = np.searchsorted(at, time[breaks]) - int(known.argmax())
-        rows, place, time = rows[known], np.interp(at[known], time, place), time[known]
-    found = longest_strokes(
-        place, [0, *(b for b in breaks.tolist() if 0 < b < len(rows)), len(rows)], FEWEST_WAVES * task.options.low
-    )
-    if found is None:
+        breaks = np.searchsorted(at, time[breaks]) - int(inside.argmax())
+        rows, place, time = rows[inside], np.interp(at[inside], time, place), time[inside]
+    edges = [0, *(row for row in breaks.tolist() if 0 < row < len(rows)), len(rows)]
+    strokes = longest_strokes(place, edges, FEWEST_WAVES * task.options.low)
+    if strokes is None:
         return None
-    index, begin = found
+    index, begin = strokes
     stroke = np.repeat(np.arange(len(begin) - 1), np.diff(begin))
     # Only strokes nearly as long as the longest are used: the shortest sets the resolution of all.
     return PathWindow(time[index], place[index], rows[index, 2], stroke, begin, rows[index, LEADING_COLUMNS:])
@@ -232,10 +243,10 @@ class Cells:
     def fill(self, time: float, place: float, readings: tuple[float, ...]) -> None:
         """Add a sample to the open cell, or close that and begin another."""
         # NaN is the only value that differs from itself: a missing reading adds 0 to the sum and to the count.
-        known = (*map(eq, readings, readings),)
-        if False in known:
-            readings = tuple([value if seen else 0.0 for value, seen in zip(readings, known, strict=True)])
-        sample = [time, place, 1.0, *readings, *known]
+        valid = (*map(eq, readings, readings),)
+        if False in valid:
+            readings = tuple([value if seen else 0.0 for value, seen in zip(readings, valid, strict=True)])
+        sample = [time, place, 1.0, *readings, *valid]
         if self.open_cell and not self.broken and abs(place - self.began) < self.length:
             self.open_cell = [*map(add, self.open_cell, sample)]
             return
@@ -246,10 +257,10 @@ class Cells:
     def _close(self, time: float, place: float, samples: float, *sums: float) -> None:
         # Keep the newer half; cells keep their numbers (`first`), so that breaks and searches stay valid.
         if self.count == len(self.rows):
-            kept = len(self.rows) // 2
-            self.rows[:kept] = self.rows[-kept:]
-            self.first += self.count - kept
-            self.count = kept
+            newer = len(self.rows) // 2
+            self.rows[:newer] = self.rows[-newer:]
+            self.first += self.count - newer
+            self.count = newer
             self.breaks = [cell for cell in self.breaks if cell >= self.first]
         half = len(sums) // 2
         means = [total / number if number else math.nan for total, number in zip(sums[:half], sums[half:], strict=True)]

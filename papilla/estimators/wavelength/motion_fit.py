@@ -28,6 +28,11 @@ MOTION_KNOTS = 8
 the offset may bend."""
 MOTION_PARAMETERS, TREND_PARAMETERS, SHAPE_PARAMETERS = 4, 2 + MOTION_KNOTS, 2 * FITTED_HARMONICS - 1
 """Parameters: phi (cycles), f (Hz), g (Hz/s), k (1/s^2); offset, slope and its changes; cosines and sines."""
+_ENDS = np.cumsum([0, MOTION_PARAMETERS, MOTION_KNOTS, TREND_PARAMETERS, SHAPE_PARAMETERS]).tolist()
+MOTION_PART, JUMPS_PART, TREND_PART, SHAPE_PART = map(slice, _ENDS[:-1], _ENDS[1:])
+"""Where motion, jumps, trend and shape stand among all parameters."""
+PRIOR_STIFFNESS_SIGMA = 60.0
+"""Prior standard deviation of the stiffness (1/s^2)."""
 FAINTEST_FIT_ENERGY = 2.5
 """Energy over the noise, per parameter, that a fit must explain: noise alone explains one."""
 LARGEST_PHASE_STEP, PHASE_NONLINEARITY = 0.1, 0.02
@@ -69,9 +74,7 @@ class MotionFit(NamedTuple):
     @property
     def proved(self) -> bool:
         """Whether the harmonics explain more than noise could."""
-        return self.gain > FAINTEST_FIT_ENERGY * (
-            MOTION_PARAMETERS + MOTION_KNOTS + TREND_PARAMETERS + SHAPE_PARAMETERS
-        )
+        return self.gain > FAINTEST_FIT_ENERGY * SHAPE_PART.stop
 
 
 def swung(stiffness: float, time):
@@ -104,16 +107,9 @@ def rates_at(stroke: MotionFit, time: np.ndarray) -> tuple[np.ndarray, np.ndarra
     _, rate, chirp, stiffness = stroke.motion.tolist()
     sine, _, by_sine, _, turned = swung(stiffness, time)
     # The parameters are those of the present. Before a jump the frequency differs from them by jump x (t - t_jump).
-    bent, slopes = (
-        np.minimum(time[:, None] - stroke.knots, 0.0),
-        np.zeros((len(time), MOTION_PARAMETERS + MOTION_KNOTS)),
-    )
-    slopes[:, 1], slopes[:, 2], slopes[:, MOTION_PARAMETERS - 1] = (
-        turned,
-        sine,
-        chirp * by_sine - 0.5 * rate * time * sine,
-    )
-    slopes[:, MOTION_PARAMETERS:] = bent
+    bent = np.minimum(time[:, None] - stroke.knots, 0.0)
+    by_stiffness = chirp * by_sine - 0.5 * rate * time * sine
+    slopes = np.column_stack([np.zeros(len(time)), turned, sine, by_stiffness, bent])
     return rate * turned + chirp * sine + bent @ stroke.jumps, slopes
 
 
@@ -179,14 +175,12 @@ def designed(stroke: MotionFit, readings: np.ndarray, time: np.ndarray, rate_Hz:
     # phase.
     shape = stroke.shape[:FITTED_HARMONICS] - 1j * np.append(0.0, stroke.shape[FITTED_HARMONICS:])
     slopes = (waves @ (CYCLE_EXPONENT * HARMONIC_ORDERS * shape)).real
-    motion = np.empty((len(time), MOTION_PARAMETERS + MOTION_KNOTS))
     # Derivatives of the phase by phi, f, g and k, and by each jump; times the slope of the profile they are those of
     # the reading. Offset and shape are linear: their columns are their values.
-    own = [np.ones(len(time)), sine, cosine, rate * by_sine + chirp * by_cosine]
-    motion[:, :MOTION_PARAMETERS] = np.column_stack(own)
-    motion[:, MOTION_PARAMETERS:] = 0.5 * before * before
+    by_stiffness = rate * by_sine + chirp * by_cosine
+    motion = np.column_stack([np.ones(len(time)), sine, cosine, by_stiffness, 0.5 * before * before])
     columns = np.concatenate([motion * slopes[:, None], trend_of(time, before), _shaped(waves)], axis=1)
-    fitted = columns[:, MOTION_PARAMETERS + MOTION_KNOTS :] @ stroke.values[MOTION_PARAMETERS + MOTION_KNOTS :]
+    fitted = columns[:, TREND_PART.start :] @ stroke.values[TREND_PART.start :]
     if not seen.all():
         columns *= seen[:, None]
     return Design(stroke, columns, np.where(seen, readings - fitted, 0.0), motion, seen, abs(float(time[0])))
@@ -204,21 +198,18 @@ def solved(design: Design, prior: np.ndarray, about: np.ndarray) -> MotionFit:
     inverse *= np.multiply.outer(scale, scale)
     step = inverse @ (jacobian.T @ residual / stroke.noise + prior @ (about - values))
     # A Gauss-Newton step is valid as long as the readings are linear in the parameters.
-    turn = float(np.abs((motion @ step[: MOTION_PARAMETERS + MOTION_KNOTS])[seen]).max(initial=0.0))
+    turn = float(np.abs((motion @ step[: JUMPS_PART.stop])[seen]).max(initial=0.0))
     bend = abs(float(stroke.motion[1]) * reach**5) * float(step[MOTION_PARAMETERS - 1]) ** 2 / 60
     # Shorten a step that would turn the phase by more than LARGEST_PHASE_STEP, or change k so much that its second
     # order counts.
-    step *= min(
-        LARGEST_PHASE_STEP / max(turn, TINY_DIVISOR), (PHASE_NONLINEARITY / max(bend, TINY_DIVISOR)) ** 0.5, 1.0
-    )
+    by_bend = (PHASE_NONLINEARITY / max(bend, TINY_DIVISOR)) ** 0.5
+    step *= min(LARGEST_PHASE_STEP / max(turn, TINY_DIVISOR), by_bend, 1.0)
     values += step
     # The columns of missing readings are 0.
-    waves = jacobian[:, -SHAPE_PARAMETERS:] @ values[-SHAPE_PARAMETERS:]
+    waves = jacobian[:, SHAPE_PART] @ values[SHAPE_PART]
     # Energy of the harmonics about their mean: what the profile explains beyond an offset.
     power = float(waves @ waves) - float(waves.sum()) ** 2 / max(int(seen.sum()), 1)
     return stroke._replace(
-        motion=values[:MOTION_PARAMETERS], jumps=values[MOTION_PARAMETERS : MOTION_PARAMETERS + MOTION_KNOTS],
-        trend=values[MOTION_PARAMETERS + MOTION_KNOTS : -SHAPE_PARAMETERS],
-        shape=values[-SHAPE_PARAMETERS:], covariance=inverse,
-        residual=residual - jacobian @ step, gain=power / stroke.noise,
+        motion=values[MOTION_PART], jumps=values[JUMPS_PART], trend=values[TREND_PART], shape=values[SHAPE_PART],
+        covariance=inverse, residual=residual - jacobian @ step, gain=power / stroke.noise,
     )  # fmt: skip

@@ -20,7 +20,15 @@ import numpy as np
 from papilla.core.units import TINY_DIVISOR
 from papilla.estimators.stream import Pieces
 from papilla.estimators.wavelength.fundamental import FITTED_HARMONICS, no_multiples
-from papilla.estimators.wavelength.memory import CELLS_PER_WAVELENGTH, SearchResult, Task, TrackingStatus, window_of
+from papilla.estimators.wavelength.memory import (
+    CELLS_PER_WAVELENGTH,
+    LOST_AMPLITUDE_SHARE,
+    LOST_AMPLITUDE_SIGMAS,
+    SearchResult,
+    Task,
+    TrackingStatus,
+    window_of,
+)
 from papilla.estimators.wavelength.spectrum import (
     CYCLE_EXPONENT,
     Line,
@@ -46,8 +54,6 @@ OUTLYING_PHASE_SIGMAS = 3.0
 LEAST_PHASE_COHERENCE, PHASE_SCATTER = 0.8, 0.12
 """Coherence of the blocks' phases below which a line is smeared and searched in a shorter path; and their scatter
 beyond the noise, in periods, above which it is."""
-LOST_AMPLITUDE_SHARE, LOST_AMPLITUDE_SIGMAS = 0.5, 3.0
-"""Share of the amplitude, with so many sigmas, below which the newest periods show another surface."""
 PLAY_MM, RELAXED_MM = 0.3, 0.5
 """Standard deviation of the distance by which the skin trails the finger, and the path after a turn over which it
 settles again."""
@@ -121,17 +127,16 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     total = np.add.reduceat(weight, edges)
     reach = np.maximum.reduceat(along, edges) - np.minimum.reduceat(along, edges)
     # The remainder at the end of a stroke is not a whole period.
-    whole = (reach + middle(np.abs(np.diff(cycles))) > COVERED_BLOCK_SHARE * length)[:, None]
+    complete = (reach + middle(np.abs(np.diff(cycles))) > COVERED_BLOCK_SHARE * length)[:, None]
     # Mean amplitude of each stroke and harmonic: the reference against which its blocks' phases are measured.
     first = np.flatnonzero(np.diff(of_stroke, prepend=-1))
-    mean = np.add.reduceat(blocks * whole[:, :, None], first)
-    mean /= np.maximum(np.add.reduceat(amount * whole, first), TINY_DIVISOR)[:, None, :]
+    mean = np.add.reduceat(blocks * complete[:, :, None], first)
+    mean /= np.maximum(np.add.reduceat(amount * complete, first), TINY_DIVISOR)[:, None, :]
     yield
     # Noise of each block: variance of one quadrature of its mean, per harmonic and gauge.
-    variance = (
-        0.5 * np.minimum(noise, 1 / TINY_DIVISOR) * (square / np.maximum(amount, TINY_DIVISOR**0.5) ** 2)[:, None, :]
-    )
-    inverse = np.where((whole & (amount > 0))[:, None, :], 1 / np.maximum(variance, TINY_DIVISOR), 0.0)
+    spread = (square / np.maximum(amount, TINY_DIVISOR**0.5) ** 2)[:, None, :]
+    variance = 0.5 * np.minimum(noise, 1 / TINY_DIVISOR) * spread
+    inverse = np.where((complete & (amount > 0))[:, None, :], 1 / np.maximum(variance, TINY_DIVISOR), 0.0)
     # Harmonics that noise could have made take no part: their phases would be random.
     size = np.abs(mean) ** 2
     certain = (size * np.add.reduceat(inverse, first) > PRESENT_HARMONIC_ENERGY)[of_stroke] * inverse
@@ -158,10 +163,10 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Pieces[Fit]
 
     prior (p,) : 1 / variance of each parameter about a known value; off (p,) : that value minus the present one.
     """
-    weight, known = phases.information, phases.information > 0
+    weight, informed = phases.information, phases.information > 0
     stroke = phases.stroke[:, None] == np.arange(phases.stroke[-1] + 1)
     columns = np.column_stack([phases.regressors, phases.cycles])
-    spare = max(int(known.sum()) - stroke.shape[1] - len(prior), 1)
+    spare = max(int(informed.sum()) - stroke.shape[1] - len(prior), 1)
     # Iteratively reweighted least squares; three rounds settle the weights.
     for _ in range(3):
         yield
@@ -175,16 +180,16 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Pieces[Fit]
         scale = np.sqrt(np.maximum(normal.diagonal(), TINY_DIVISOR))
         inverse = np.linalg.inv(normal / np.outer(scale, scale) + 1e-9 * np.eye(len(prior))) / np.outer(scale, scale)
         step = inverse @ (regressors.T @ (weight * cycles) + prior * off)
-        left = np.abs(cycles - regressors @ step)
-        rest = left * np.sqrt(phases.information)
+        residual = np.abs(cycles - regressors @ step)
+        rest = residual * np.sqrt(phases.information)
         # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): blocks may scatter more than noise does.
-        usual = MEDIAN_TO_SIGMA * middle(rest[known]) or 1.0
+        usual = MEDIAN_TO_SIGMA * middle(rest[informed]) or 1.0
         # Huber's weights: full up to three robust sigmas, falling as 1 / residual beyond.
         pull = np.minimum(OUTLYING_PHASE_SIGMAS * max(usual, 1.0) / np.maximum(rest, TINY_DIVISOR), 1.0)
         weight = phases.information * pull**2
     ratio = max(float((pull * rest) @ (pull * rest)) / spare, 1.0)
     # Scatter beyond the noise: robust variance of the residuals minus what noise alone would give.
-    noise, usual = middle(1 / phases.information[known]), MEDIAN_TO_SIGMA * middle(left[known])
+    noise, usual = middle(1 / phases.information[informed]), MEDIAN_TO_SIGMA * middle(residual[informed])
     return Fit(step, inverse * ratio, max(usual**2 - noise, 0.0) ** 0.5)
 
 
@@ -213,11 +218,11 @@ def share_kept(place, readings, seen, wavenumber: float, wanted, noise, periods:
     # one.
     values = seen * (readings - path @ (seen * readings) / total)
     wave = np.exp(-CYCLE_EXPONENT * wavenumber * place)
-    own = 2 * ((wave * path) @ values) / total
-    rest = path @ (values - seen * np.outer(wave.conj(), own).real) ** 2 / total
+    newest = 2 * ((wave * path) @ values) / total
+    rest = path @ (values - seen * np.outer(wave.conj(), newest).real) ** 2 / total
     share = path**2 @ seen / total**2
-    kept = float((wanted.conj() * own * weight).sum().real) / size
-    return kept, float(np.sqrt(2 * (rest * share * power * weight).sum())) / size
+    ratio = float((wanted.conj() * newest * weight).sum().real) / size
+    return ratio, float(np.sqrt(2 * (rest * share * power * weight).sum())) / size
 
 
 class Refinement:
@@ -283,20 +288,17 @@ class Refinement:
         """The strokes without lines over time and without lines of another texture."""
         strokes, wavenumber = self._strokes, self._wavenumber
         if self._hum:
-            known = np.array((*self._task.known_hums_Hz, *self.finding.hums_Hz, *self._options.hums_Hz))
+            hums_Hz = np.array((*self._task.known_hums_Hz, *self.finding.hums_Hz, *self._options.hums_Hz))
             near = 2 / max(np.ptp(self._time), TINY_DIVISOR)
-            hums = [line for line in self._time_lines if (np.abs(line.wavenumber - known) < near).any()]
+            hums = [line for line in self._time_lines if (np.abs(line.wavenumber - hums_Hz) < near).any()]
             strokes = yield from silenced(strokes, self._time, hums, wavenumber)
         foreign = no_multiples(self._lines, wavenumber, 2 / strokes.extent)
         strokes = yield from silenced(strokes, forward(strokes), foreign, wavenumber)
         below = self._spectrum.power[1 : int(1 / self._options.high / self._spectrum.step)].max(initial=0.0)
         # If the speed changes, slow changes come mostly from the force, and cause a doubt.
-        one = (
-            self._bend * wavenumber < PATH_BEND_PERIODS
-            and len(self._begin) == 2
-            and below > self._inside[0].amplitude ** 2
-        )
-        return (yield from levelled(strokes, wavenumber)) if one else strokes
+        straight = self._bend * wavenumber < PATH_BEND_PERIODS and len(self._begin) == 2
+        drifting = straight and below > self._inside[0].amplitude ** 2
+        return (yield from levelled(strokes, wavenumber)) if drifting else strokes
 
     def _refined(self) -> Pieces[bool]:
         """One step of the wavenumber and of the delay; True if another step would change nothing."""
@@ -366,13 +368,13 @@ class Refinement:
         missing line."""
         rows = slice(int(self._begin[-2]), None)
         seen, readings = self._strokes.seen[rows], self._strokes.readings[rows]
-        wanted, kept, sigma = self._phases.amplitude[-1], 1.0, 1.0
+        wanted, share, sigma = self._phases.amplitude[-1], 1.0, 1.0
         for periods in (2, 4, 8, 12, 16):
-            found = share_kept(self._place[rows], readings, seen, self._wavenumber, wanted, self._level[0], periods)
-            if found is None:
+            measured = share_kept(self._place[rows], readings, seen, self._wavenumber, wanted, self._level[0], periods)
+            if measured is None:
                 break
-            kept, sigma = found
-            if kept + LOST_AMPLITUDE_SIGMAS * sigma < LOST_AMPLITUDE_SHARE:
+            share, sigma = measured
+            if share + LOST_AMPLITUDE_SIGMAS * sigma < LOST_AMPLITUDE_SHARE:
                 break
             yield
-        return kept, sigma
+        return share, sigma

@@ -125,9 +125,9 @@ class Spectrum(NamedTuple):
         yield
         noise = background(power, tops, self.resolution, pooled=False)
         places = self.vertices(tops)
-        kept = (noise.power < np.inf) & (places >= low) & (places <= high)
+        valid = (noise.power < np.inf) & (places >= low) & (places <= high)
         rows = places, power[tops] / noise.power, power[tops] ** 0.5, noise.chance(power[tops])
-        return [Line(*row) for row in zip(*(row[kept][:most].tolist() for row in rows), strict=True)]
+        return [Line(*values) for values in zip(*(values[valid][:most].tolist() for values in rows), strict=True)]
 
     def tops(self, first: int, last: int) -> np.ndarray:
         """Indices (m,) of the peaks from `first` > 0 to before `last`."""
@@ -140,8 +140,8 @@ class Spectrum(NamedTuple):
 
     def vertices(self, tops: np.ndarray) -> np.ndarray:
         """Wavenumbers (m,) of peaks: the vertices of the parabolas through the logarithms about each."""
-        left, middle, right = np.log(self.power[np.add.outer((-1, 0, 1), tops)])
-        return self.step * (tops + 0.5 * (left - right) / np.minimum(left - 2 * middle + right, -TINY_DIVISOR))
+        before, middle, after = np.log(self.power[np.add.outer((-1, 0, 1), tops)])
+        return self.step * (tops + 0.5 * (before - after) / np.minimum(before - 2 * middle + after, -TINY_DIVISOR))
 
 
 def vertex(powers: Sequence[float] | np.ndarray) -> float:
@@ -149,9 +149,9 @@ def vertex(powers: Sequence[float] | np.ndarray) -> float:
     logarithms."""
     if not min(powers) > 0:
         return 0.0
-    left, middle, right = map(math.log, powers)
-    curvature = left - 2 * middle + right
-    return 0.5 * (left - right) / curvature if curvature < 0 else 0.0
+    before, middle, after = map(math.log, powers)
+    curvature = before - 2 * middle + after
+    return 0.5 * (before - after) / curvature if curvature < 0 else 0.0
 
 
 class Level(NamedTuple):
@@ -178,15 +178,13 @@ def background(power: np.ndarray, at: np.ndarray, resolution: float, pooled: boo
     at = np.asarray(at, int)
     logarithm = np.append(np.log(power), np.inf)
     # One part after the other: all cells of all places of a long spectrum would take hundreds of MB.
-    parts = [
-        _around(logarithm, at[first : first + PLACES_AT_ONCE], resolution)
-        for first in range(0, len(at), PLACES_AT_ONCE)
-    ]
-    twice, known, spread = map(np.concatenate, zip(*parts, strict=True)) if parts else np.zeros((3, 0))
-    own = _freedom(power, at, max(round(resolution), 1)) if pooled else np.full(len(at), 2.0)
+    begins = range(0, len(at), PLACES_AT_ONCE)
+    parts = [_around(logarithm, at[begin : begin + PLACES_AT_ONCE], resolution) for begin in begins]
+    twice, enough, spread = map(np.concatenate, zip(*parts, strict=True)) if parts else np.zeros((3, 0))
+    freedom = _freedom(power, at, max(round(resolution), 1)) if pooled else np.full(len(at), 2.0)
     # Wilson and Hilferty's median of a chi-square over its mean.
-    level = np.exp(twice / 4) / (1 - 2 / (9 * own)) ** 3
-    return Level(np.where(known, level, np.inf), np.where(known, 4 * MEDIAN_EFFICIENCY / spread, 0.0), own)
+    level = np.exp(twice / 4) / (1 - 2 / (9 * freedom)) ** 3
+    return Level(np.where(enough, level, np.inf), np.where(enough, 4 * MEDIAN_EFFICIENCY / spread, 0.0), freedom)
 
 
 def _around(logarithm: np.ndarray, at: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -239,8 +237,8 @@ def longest_strokes(place: np.ndarray, edges: Iterable[int], least: float) -> tu
     longest = max(extents, default=0.0)
     if longest < max(least, TINY_DIVISOR):
         return None
-    kept = [rows for rows, extent in zip(strokes, extents, strict=True) if extent >= COMPARABLE_STROKES * longest]
-    return np.concatenate(kept), np.cumsum([0, *map(len, kept)])
+    comparable = [rows for rows, extent in zip(strokes, extents, strict=True) if extent >= COMPARABLE_STROKES * longest]
+    return np.concatenate(comparable), np.cumsum([0, *map(len, comparable)])
 
 
 def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend: int = 2) -> Pieces[Strokes]:
@@ -270,7 +268,7 @@ def spectrum_of(
     from scipy.fft import rfft
 
     gauges, count = strokes.readings.shape[1], count or size // 2 + 1
-    each, together = np.zeros((gauges, count)), max(MOST_GRID_POINTS // size, 1)
+    powers, together = np.zeros((gauges, count)), max(MOST_GRID_POINTS // size, 1)
     for rows in strokes.rows:
         place = strokes.place[rows]
         at = (place - place.min()) / step
@@ -278,20 +276,22 @@ def spectrum_of(
         shares = np.vander(at - cell, len(spread)) @ spread
         values = strokes.weight[rows, None] * strokes.readings[rows]
         for some in [slice(begin, begin + together) for begin in range(0, gauges, together)]:
-            own, power = values[:, some], each[some]
+            loads, power = values[:, some], powers[some]
             index = (cell[:, None] + size * np.arange(len(power))).ravel()
             grid = np.zeros(len(power) * size)
             for k, share in enumerate(shares.T):
-                grid += np.bincount(index + k, (share[:, None] * own).ravel(), len(grid))
+                grid += np.bincount(index + k, (share[:, None] * loads).ravel(), len(grid))
             transform = rfft(grid.reshape(-1, size))[:, :count]
             power += transform.real**2 + transform.imag**2
         yield
-    each /= _spread(size, each.shape[1], len(spread))
+    powers /= _spread(size, powers.shape[1], len(spread))
     resolution = size * step / strokes.extent
-    own = np.median(each[:, int(resolution) :: max(int(resolution), 1)], axis=1)
-    own = np.where(own > 1e-12 * own.max(), own, np.inf)
-    shown = max(int(np.isfinite(own).sum()), 1)
-    return Spectrum(np.maximum((1 / own) @ each / shown, TINY_DIVISOR), each, own, 1 / (size * step), resolution)
+    medians = np.median(powers[:, int(resolution) :: max(int(resolution), 1)], axis=1)
+    medians = np.where(medians > 1e-12 * medians.max(), medians, np.inf)
+    showing = max(int(np.isfinite(medians).sum()), 1)
+    return Spectrum(
+        np.maximum((1 / medians) @ powers / showing, TINY_DIVISOR), powers, medians, 1 / (size * step), resolution
+    )
 
 
 @lru_cache(maxsize=8)

@@ -46,9 +46,9 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
     readings = strokes.readings.copy()
     for rows in strokes.rows:
         yield
-        own = atoms[:, rows]
-        weighted = np.conj(own) * strokes.weight[rows]
-        gram = weighted @ own.T
+        waves = atoms[:, rows]
+        weighted = np.conj(waves) * strokes.weight[rows]
+        gram = weighted @ waves.T
         size = np.maximum(gram.diagonal().real, TINY_DIVISOR)
         alike = np.abs(gram[count:, :count]) ** 2 / np.outer(size[count:], size[:count])
         foreign = count + np.flatnonzero(alike.max(axis=1, initial=0.0) < FOREIGN_ENERGY_SHARE)
@@ -59,9 +59,9 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
             amplitude = np.linalg.solve(some, pull[used])
             energy = (np.abs(amplitude) ** 2).sum(axis=1)
             # A line that is faint compared with the surface's own may be an error of it, and does no harm.
-            kept = energy[count:] > LOUD_ENERGY_RATIO * energy[:count].sum()
-            foreign, amplitude = foreign[kept], amplitude[count:][kept]
-        readings[rows] -= 2 * (own[foreign].T @ amplitude).real
+            loud = energy[count:] > LOUD_ENERGY_RATIO * energy[:count].sum()
+            foreign, amplitude = foreign[loud], amplitude[count:][loud]
+        readings[rows] -= 2 * (waves[foreign].T @ amplitude).real
     return strokes._replace(readings=np.where(strokes.seen, readings, 0.0))
 
 
@@ -94,14 +94,14 @@ def credits_of(
 ) -> Pieces[tuple[float, float]]:
     """Energy over the background that only this line explains, and the largest energy that only one line over time
     explains."""
-    turns = [line.wavenumber * forward(strokes), *(other.wavenumber * time for other in others)]
+    turns = [line.wavenumber * forward(strokes), *(timed.wavenumber * time for timed in others)]
     atoms = np.exp(CYCLE_EXPONENT * np.array(turns))
     credit = np.zeros(len(atoms))
     for rows in strokes.rows:
         yield
-        own = atoms[:, rows]
-        weighted = np.conj(own) * strokes.weight[rows]
-        gram = weighted @ own.T
+        waves = atoms[:, rows]
+        weighted = np.conj(waves) * strokes.weight[rows]
+        gram = weighted @ waves.T
         size = float(gram[0, 0].real)
         if size <= 0:
             continue
@@ -111,6 +111,6 @@ def credits_of(
         energy = np.abs(amplitude) ** 2 * size / inverse.diagonal().real[:, None]
         shared = np.abs(gram[0]) ** 2 / (size * gram.diagonal().real)
         credit += np.where(shared > ALIKE_ENERGY_SHARE, energy @ (1 / spectrum.own), 0.0)
-    shown = max(int(np.isfinite(spectrum.own).sum()), 1)
-    credit /= shown * line.amplitude**2 / line.ratio
+    showing = max(int(np.isfinite(spectrum.own).sum()), 1)
+    credit /= showing * line.amplitude**2 / line.ratio
     return float(credit[0]), float(credit[1:].max(initial=0.0))

@@ -120,11 +120,11 @@ class FusedTracker(Stream):
         ridge_pitch_mm: float | None = None,
         saturation: float = checks.LARGEST_READING,
     ):
-        given, self._places = gauge_positions_mm, None
-        if not isinstance(given, int):
-            self._places = tuple(checks.finite("gauge position (mm)", place) for place in given)
-            given = len(self._places)
-        number = int(given)
+        gauges, self._places = gauge_positions_mm, None
+        if not isinstance(gauges, int):
+            self._places = tuple(checks.finite("gauge position (mm)", place) for place in gauges)
+            gauges = len(self._places)
+        number = int(gauges)
         if number < 1 or (self._places is not None and len(set(self._places)) < number):
             raise InputError(f"gauge_positions_mm must be a number, or different places, got {gauge_positions_mm}")
         self._limit = checks.positive("saturation", saturation)
@@ -146,8 +146,8 @@ class FusedTracker(Stream):
     @property
     def other_mm(self) -> float:
         """The other possible wavelength after the last search; infinite if there is none."""
-        other = self._follower.memory.finding.other
-        return 1 / other if other else math.inf
+        wavenumber = self._follower.memory.finding.other
+        return 1 / wavenumber if wavenumber else math.inf
 
     @property
     def lines(self) -> tuple[tuple[float, float, float], ...]:
@@ -163,12 +163,12 @@ class FusedTracker(Stream):
 
     def _take(self, sample):
         memory, velocity = self._memory, sample[-1]
-        known = math.isfinite(velocity)
-        if known and memory.velocity_mm_s == memory.velocity_mm_s:
+        finite = math.isfinite(velocity)
+        if finite and memory.velocity_mm_s == memory.velocity_mm_s:
             memory.place_mm += 0.5 * (memory.velocity_mm_s + velocity) * self._dt
-        memory.velocity_mm_s = velocity if known else math.nan
+        memory.velocity_mm_s = velocity if finite else math.nan
         memory.samples += 1
-        place = memory.place_mm if known else math.nan
+        place = memory.place_mm if finite else math.nan
         return self.follow(memory.samples * self._dt, place, velocity, sample[:-1])
 
     def follow(self, time_s: float, place_mm: float, velocity_mm_s: float, readings: tuple[float, ...]) -> Any:
@@ -189,9 +189,9 @@ class FusedTracker(Stream):
     def _plain(self, readings: tuple[float, ...]) -> tuple[float, ...]:
         """The readings, with NaN for a saturated one and for a spike: one far from the reading before. A second one in
         a row is a step."""
-        changes, limit, kept = self._memory.changes, self._limit, []
-        for gauge, given in enumerate(readings):
-            reading = given if -limit < given < limit else math.nan
+        changes, limit, plain = self._memory.changes, self._limit, []
+        for gauge, raw in enumerate(readings):
+            reading = raw if -limit < raw < limit else math.nan
             last, usual, count, out = changes.get(gauge) or (reading, 0.0, 0, False)
             change = abs(reading - last)
             if change > SPIKE_CHANGE_RATIO * usual and count == SPIKE_FADING_SAMPLES and not out:
@@ -201,8 +201,8 @@ class FusedTracker(Stream):
                 changes[gauge] = reading, usual + (change - usual) / count, count, False
             elif last != last:
                 changes[gauge] = reading, usual, count, False
-            kept.append(reading)
-        return tuple(kept)
+            plain.append(reading)
+        return tuple(plain)
 
 
 @lru_cache
@@ -212,10 +212,10 @@ def _by_phase(places, phases, sigmas, wavelength: float) -> tuple[float, float]:
         (place, FULL_TURN_RAD * phase, FULL_TURN_RAD * sigma)
         for place, phase, sigma in zip(places, phases, sigmas, strict=True)
     ]
-    known = [row for row in rows if row[2] < FULL_TURN_RAD * SHARP_PHASE_CYCLES]
-    if len(known) < 2:
+    sharp = [gauge for gauge in rows if gauge[2] < FULL_TURN_RAD * SHARP_PHASE_CYCLES]
+    if len(sharp) < 2:
         return UNKNOWN_WAVELENGTH
-    where, turned, spread = zip(*known, strict=True)
+    where, turned, spread = zip(*sharp, strict=True)
     return wavelength_between(where, turned, spread, wavelength)
 
 
@@ -264,7 +264,7 @@ def wavelength_between(places, phases, sigmas, wavelength: float) -> tuple[float
     wavelength : in mm, from the velocity.
     """
     base, *others = sigmas = np.asarray(sigmas, float)
-    distance, phase = (np.subtract(own[1:], own[0]) for own in (places, phases))
+    distance, phase = (np.subtract(values[1:], values[0]) for values in (places, phases))
     # (n, g - 1) all numbers of whole turns that the velocity allows; a step is half a turn at the largest distance.
     span = float(np.abs(distance).max()) / wavelength
     steps = int(2 * SPEED_REACH * span)
@@ -276,8 +276,8 @@ def wavelength_between(places, phases, sigmas, wavelength: float) -> tuple[float
     turned = phase + FULL_TURN_RAD * turns
     wavenumber = turned @ pull / stiffness
     # The first gauge's phase is 0, and all of them are free to shift together.
-    left = np.pad(turned - np.outer(wavenumber, distance), ((0, 0), (1, 0)))
-    misfit = left**2 @ sigmas**-2 - (left @ sigmas**-2) ** 2 / (sigmas**-2).sum()
+    residual = np.pad(turned - np.outer(wavenumber, distance), ((0, 0), (1, 0)))
+    misfit = residual**2 @ sigmas**-2 - (residual @ sigmas**-2) ** 2 / (sigmas**-2).sum()
     speed = ((wavenumber * wavelength / FULL_TURN_RAD - 1) / SPEED_SD) ** 2
     best = int((misfit + speed).argmin())
     # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): if phases scatter more than their sigmas, they distinguish turns
@@ -289,5 +289,5 @@ def wavelength_between(places, phases, sigmas, wavelength: float) -> tuple[float
     # The first gauge's phase error enters every lag: it shifts the slope by the sum of the weights, and does not
     # average out.
     error = math.hypot(*(pull * others), base * float(pull.sum())) * math.sqrt(ratio) / stiffness
-    found = FULL_TURN_RAD / float(wavenumber[best])
-    return found, found**2 / FULL_TURN_RAD * error
+    result = FULL_TURN_RAD / float(wavenumber[best])
+    return result, result**2 / FULL_TURN_RAD * error

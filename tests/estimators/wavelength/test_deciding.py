@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
+from papilla.estimators import FusedTracker, SpaceTracker
 from papilla.estimators.wavelength import TrackingStatus
 from papilla.estimators.wavelength.fundamental import fundamental_of, lone
-from papilla.estimators.wavelength.memory import Cells, SearchResult, checked
+from papilla.estimators.wavelength.memory import Cells, SearchResult
 from papilla.estimators.wavelength.spectrum import Line
 from papilla.estimators.wavelength.trackers import wavelength_between
 
@@ -60,15 +60,6 @@ def test_where_ridges_may_feel_a_harmonic_louder_faint_lines_prove_nothing(other
     assert fundamental_of(line(1.0), others, 0.0025, set(), True) == (1.0, 0.0, False)
 
 
-def test_what_stays_open_is_named_and_whether_a_loud_line_keeps_it_so():
-    """Lines of 2.355 and 1.570 mm share 4.71 mm."""
-    two = line(1 / 1.57, 0.8)
-    assert fundamental_of(line(1 / 2.355), [two], 0.02, {two}, False) == (1 / 2.355, pytest.approx(1 / 4.71), True)
-    assert fundamental_of(line(1 / 2.355), [two], 0.0015, {two}, False)[:2] == (pytest.approx(1 / 4.71), 0.0)
-    faint = line(1 / 1.57, 0.2)
-    assert fundamental_of(line(1 / 2.355), [faint], 0.0015, {faint}, False)[1:] == (pytest.approx(1 / 4.71), False)
-
-
 @pytest.mark.parametrize(
     "pitch, enough", [(1.0, 1600), (1.24, 1600), (1.26, 400), (0.76, 1600), (0.74, 400), (0.2, 400), (2.8, 1600)]
 )
@@ -98,21 +89,6 @@ def test_the_sigma_between_gauges_is_that_of_a_line_through_phases_that_share_th
     assert wavelength_between(-PLACES, -phases(1.7), SIGMAS, 1.7) == pytest.approx((found, sigma))
 
 
-def test_phases_between_gauges_tell_the_wavelength_with_a_true_sigma():
-    """Whole turns from the velocity, which is a few per cent off; errors over sigma of 200 draws."""
-    rng, ratios = np.random.default_rng(4), []
-    places, sigmas = np.array([0.0, 2.3, 5.9, 7.1]), np.array([0.08, 0.05, 0.1, 0.06])
-    for _ in range(200):
-        wavelength = rng.uniform(0.9, 3.0)
-        phases = 2 * np.pi * places / wavelength + rng.uniform(0, 6) + sigmas * rng.standard_normal(4)
-        phases = np.angle(np.exp(1j * phases))
-        found, sigma = wavelength_between(places, phases, sigmas, wavelength * (1 + 0.01 * rng.standard_normal()))
-        if np.isfinite(found):
-            ratios.append((found - wavelength) / sigma)
-    assert len(ratios) > 150 and 0.7 < np.sqrt(np.mean(np.square(ratios))) < 1.1
-    assert np.mean(np.abs(ratios) < 2) > 0.93
-
-
 def test_phases_that_misfit_are_known_less_by_birges_ratio():
     errors = np.array([0.0, 0.12, -0.12, 0.1])
     found, sigma = wavelength_between(PLACES, phases(1.7, errors), SIGMAS, 1.7)
@@ -121,13 +97,6 @@ def test_phases_that_misfit_are_known_less_by_birges_ratio():
     for shift in np.linspace(-0.5, 0.5, 4001):
         best = min(best, float((((2 * np.pi * PLACES / 1.7 + errors) - k * PLACES - shift) ** 2 / SIGMAS**2).sum()))
     assert best > 8 and sigma / usual == pytest.approx(math.sqrt(best / 2), rel=0.01)
-
-
-@pytest.mark.parametrize("error, told", [(0.0, True), (0.2, True), (0.7, False)])
-def test_phases_worse_than_they_say_do_not_tell_turns(error, told):
-    """Nothing is told rather than another wavelength: what misfits by so much fits other turns as well."""
-    found, _ = wavelength_between(PLACES, phases(0.9, np.array([0.0, error, -error, error])), SIGMAS, 0.9)
-    assert math.isfinite(found) == told and (not told or found == pytest.approx(0.9, rel=0.01))
 
 
 def cells(turn=0.25, length=0.1, rows=40, gauges=2):
@@ -182,6 +151,10 @@ def test_a_path_is_the_trapezoids_of_the_velocity_and_has_gaps_where_it_has():
     own = SpaceTracker(sample_rate_Hz=100.0)
     own.process([(1.0, 10.0), (1.0, 20.0), (1.0, -10.0)])
     assert own.state.place_mm == pytest.approx(0.15 + 0.05) and own.state.samples == 3
+    # The step is a mean over a quarter of the path that is remembered: 64 mm.
+    steady = SpaceTracker(wavelength_range_mm=(0.5, 4.0))
+    steady.process([(1.0, 50.0)] * 321)
+    assert steady.state.follower.step == pytest.approx(0.05 * (1 - math.exp(-1)), rel=0.01)
     # What it did while the velocity was not known is not known.
     for velocity, place, broken in ((math.nan, 0.2, True), (30.0, 0.2, True), (30.0, 0.5, False)):
         own.update((1.0, velocity))
@@ -215,14 +188,6 @@ def test_the_status_says_what_is_known(known, status):
     assert own.update((1.0, 50.0)).status == status
 
 
-def test_the_scale_of_the_path_is_in_the_sigma_and_in_what_is_vague():
-    for relative, status in ((0.019, TrackingStatus.OK), (0.021, TrackingStatus.VAGUE)):
-        found = sure(SpaceTracker(scale_sigma=0.015), sigma=relative * K).update((1.0, 50.0))
-        assert found.wavelength_sigma_mm == pytest.approx(1.7 * math.hypot(0.015, relative)) and found.status == status
-    unknown = sure(SpaceTracker(), known=(0.0, 1.0)).update((1.0, 50.0))
-    assert all(map(math.isnan, unknown[:3]))
-
-
 def test_what_stops_a_path_is_said_at_once():
     """A fifth of a second without movement; an unknown velocity; a missing reading; steps that alias the range."""
     own = sure(SpaceTracker(wavelength_range_mm=(0.5, 4.0)))
@@ -237,14 +202,6 @@ def test_what_stops_a_path_is_said_at_once():
         assert (found.status[-1] == TrackingStatus.ALIASED) == aliased
 
 
-@pytest.mark.parametrize("jump, kept", [(15.0, True), (17.0, False)])
-def test_a_jump_over_more_than_sixteen_of_the_longest_wavelengths_begins_anew(jump, kept):
-    own = LineTracker(1, wavelength_range_mm=(0.5, 4.0))
-    own.process([(1.0, 0.02 * number) for number in range(100)])
-    found = sure(own).update((1.0, 2.0 + 4.0 * jump))
-    assert math.isfinite(found.wavelength_mm) == kept
-
-
 def test_a_stated_lateness_is_certain_and_another_is_looked_for():
     stated, unknown = SpaceTracker(latency_s=0.012), SpaceTracker()
     assert (stated.latency_s, stated.latency_sigma_s) == (0.012, 0.0)
@@ -253,53 +210,6 @@ def test_a_stated_lateness_is_certain_and_another_is_looked_for():
         FusedTracker(2).state = stated.state
     with pytest.raises(InputError, match="the state is not of 1 gauges"):
         SpaceTracker(wavelength_range_mm=(0.5, 40.0)).state = stated.state
-
-
-def test_hums_are_the_mains_harmonics_that_the_rate_shows_and_the_resonances():
-    for rate, resonances, hums in (
-        (1000.0, (77.5, 50.0), tuple(sorted({*range(50, 501, 50), *range(60, 481, 60), 77.5}))),
-        (99.0, (), ()),
-        (100.0, (), (50.0,)),
-    ):
-        assert checked((0.4, 6.0), rate, 0.0, None, resonances).hums_Hz == hums
-
-
-@pytest.mark.parametrize(
-    "option, usable, refused",
-    [
-        ("wavelength_range_mm", [(1, 1.5), (0.1, 10)], [(1, 1.49), (0.1, 10.1), (6, 1)]),
-        ("latency_s", [-0.1, 0.1, None], [-0.11, 0.11]), ("scale_sigma", [0, 0.2], [-0.01, 0.21]),
-        ("ridge_pitch_mm", [0, 100, None], [-0.1, 101]), ("resonances_Hz", [(1.0,)], [(0.0,), (-5.0,)]),
-        ("saturation", [1e-3], [0.0, -1.0, math.nan]),
-    ],
-)  # fmt: skip
-def test_options_are_taken_up_to_their_limits(option, usable, refused):
-    for value in usable:
-        assert SpaceTracker(**{option: value})
-    for value in refused:
-        with pytest.raises(InputError, match=option):
-            SpaceTracker(**{option: value})
-    for gauges in ((), (1.0, 1.0), 0):
-        with pytest.raises(InputError, match="different places"):
-            FusedTracker(gauges)
-
-
-def test_the_frequency_is_the_speed_over_the_wavelength():
-    own = sure(SpaceTracker(scale_sigma=0.0))
-    for velocity in (60.0, -60.0):
-        found = own.update((1.0, velocity))
-        assert found.frequency_Hz == pytest.approx(60 / 1.7) and found.wavelength_mm == pytest.approx(1.7)
-        assert found.wavelength_sigma_mm == pytest.approx(1e-4 * 1.7**2)
-    assert math.isnan(own.update((1.0, math.nan)).frequency_Hz)
-    path = sure(LineTracker(1, wavelength_range_mm=(0.5, 4)))
-    assert math.isnan(path.update((1.0, 3.0)).frequency_Hz) and path.columns == ("g1", "position_mm")
-
-
-def test_readings_at_the_limit_are_none():
-    own = sure(FusedTracker(2, saturation=10.0))
-    for readings, known in (((9.9, -9.9), 2), ((10.0, 1.0), 1), ((-10.0, 1.0), 1), ((10.0, math.nan), 0)):
-        found = own.update((*readings, 50.0))
-        assert found.gauges == known and (found.status == TrackingStatus.MISSING) == (known == 0)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.estimators import FusedTracker, LineTracker, Pipeline, SpaceTracker
+from papilla.estimators import Pipeline, SpaceTracker
 from papilla.estimators.wavelength import TrackingStatus
 from papilla.scenes.scenes import scene
 
@@ -37,16 +37,6 @@ def test_sigma_is_true_and_holds_the_scale():
     assert told == pytest.approx(np.hypot(found.wavelength_sigma_mm[-1], 0.02 * 1.1), rel=1e-3)
 
 
-@pytest.mark.parametrize("late_ms", [0, 10, 20])
-def test_a_late_velocity_is_found(late_ms):
-    made = scene("act1", 1.2, seed=5, seconds=3.0)
-    tracker = SpaceTracker()
-    found = tracker.process(made.block(late_ms))
-    assert 1e3 * tracker.latency_s == pytest.approx(late_ms, abs=1.0)
-    usable = good(found)
-    assert usable[2000:].mean() > 0.8 and np.abs(found.wavelength_mm[usable] / 1.2 - 1).max() < 0.05
-
-
 def test_hum_at_a_constant_speed_is_not_a_texture():
     time = np.arange(2500) / RATE
     hum = np.sin(2 * np.pi * 50 * time) + np.random.default_rng(0).normal(0, 0.1, 2500)
@@ -62,54 +52,6 @@ def test_hum_at_a_constant_speed_is_not_a_texture():
         assert not good(SpaceTracker(resonances_Hz=(float(frequency),)).process(block)).any()
 
 
-def test_another_surface_is_noticed():
-    made = scene("const", 1.3, seed=1, seconds=2.0, step_to_mm=2.3, step_at_s=1.0)
-    found = SpaceTracker().process(made.block())
-    usable, off = good(found), np.abs(found.wavelength_mm / made.wavelength_mm - 1)
-    assert usable[800:1000].all() and usable[1400:].all()
-    assert off[usable & (made.time_s > 1.15)].max() < 0.02
-
-
-@pytest.mark.parametrize("speed, wavelength", [(124.5, 2.4), (126.3, 2.43)])
-def test_a_texture_beside_the_mains_is_told_once_the_path_is_long_enough(speed, wavelength):
-    # 52 Hz: for half a second 50 Hz is not excluded, and no faint image of the line may be taken instead of it.
-    time = np.arange(1500) / RATE
-    noise, phase = np.random.default_rng(0).normal(0, 0.1, 1500), 2 * np.pi * speed / wavelength * time
-    for harmonic, status in ((0.3, TrackingStatus.CONSTANT_SPEED), (0.0, TrackingStatus.LONE)):
-        readings = np.sin(phase) + harmonic * np.sin(2 * phase) + noise
-        found = SpaceTracker().process(np.column_stack([readings, np.full(1500, speed)]))
-        assert (found.status[250:350] == TrackingStatus.TIME_LOCKED).all()
-        assert (found.status[1200:] == status).all()
-        assert found.wavelength_mm[-1] == pytest.approx(wavelength, rel=5e-3)
-
-
-@pytest.mark.parametrize("frequency, ok", [(22.0, True), (24.6, False), (90.4, False), (93.0, True)])
-def test_a_lone_line_that_only_noise_places_beside_a_motor_s_frequencies_is_refused(frequency, ok):
-    """From 25 to 90 Hz, less and more by the resolution of 1.3 s."""
-    time, speed = np.arange(1500) / RATE, 126.0
-    readings = np.sin(2 * np.pi * frequency * time) + np.random.default_rng(0).normal(0, 0.1, 1500)
-    found = SpaceTracker().process(np.column_stack([readings, np.full(1500, speed)]))
-    assert good(found)[-1] == ok
-
-
-def test_the_position_of_the_gauges_tells_the_wavelength_whatever_the_velocity_says():
-    places = (0.0, 2.3, 5.9, 7.1)
-    made = scene("const", 1.3, seed=2, seconds=1.5, gauge_positions_mm=places)
-    found = FusedTracker(places).process(made.block(gain=1.02))
-    assert found.wavelength_mm[-1] == pytest.approx(1.3 * 1.02, rel=2e-3)
-    assert found.wavelength_by_phase_mm[-1] == pytest.approx(1.3, rel=4e-3)
-    assert found.gauges[-1] == 4
-
-
-def test_a_path_at_any_rate_and_a_dead_gauge():
-    position = np.arange(1200) * 0.14
-    readings = np.sin(2 * np.pi * position[:, None] / 3.99 + np.arange(3))
-    readings += np.random.default_rng(1).normal(0, 0.5, readings.shape) + 30 * np.sin(position / 40)[:, None]
-    readings[:, 1] = 7.0
-    found = LineTracker(3, wavelength_range_mm=(1, 8)).process(np.column_stack([readings, position]))
-    assert found.wavelength_mm[-1] == pytest.approx(3.99, rel=3e-3) and good(found)[-1]
-
-
 @pytest.mark.parametrize("name", ["const, missing fundamental", "strokes, missing fundamental", "const, two lines"])
 def test_harmonics_are_told_from_another_texture(name):
     made = scene(name, 1.8, seed=2, seconds=2.0)
@@ -117,77 +59,6 @@ def test_harmonics_are_told_from_another_texture(name):
     usable = good(found)[800:]
     off = np.abs(found.wavelength_mm[800:, None] / [made.wavelength_mm[-1], *made.others_mm] - 1)
     assert usable.mean() > 0.9 and np.nanmin(off, axis=1)[usable].max() < 0.01
-
-
-def felt(amplitudes, wavelength_mm, noise, speed_mm_s=86.0, seconds=2.0):
-    """(n, 2) readings of a texture with the given amplitudes of its harmonics, and the velocity."""
-    time = np.arange(int(seconds * RATE)) / RATE
-    rng = np.random.default_rng(4)
-    waves = [a * np.cos(2 * np.pi * n * speed_mm_s * time / wavelength_mm + n**2) for n, a in enumerate(amplitudes, 1)]
-    return np.column_stack([sum(waves) + noise * rng.standard_normal(len(time)), np.full(len(time), speed_mm_s)])
-
-
-@pytest.mark.parametrize(
-    "wavelength, amplitudes",
-    [(2.1, [0.65, 0.23, 0.39, 1.0, 0.22, 0.44, 0.27]), (3.0, [0.78, 0.17, 0.28, 1.0, 0.55, 0.94, 0.57])],
-)
-def test_the_fundamental_is_that_of_all_lines_not_of_two(wavelength, amplitudes):
-    """Harmonics of a grating as a gauge at the side of a ridged finger feels them: the second explains the fourth."""
-    found = SpaceTracker().process(felt(amplitudes, wavelength, 0.1))
-    usable = good(found)
-    assert usable[800:].mean() > 0.8 and np.abs(found.wavelength_mm[usable] / wavelength - 1).max() < 0.01
-
-
-def test_a_harmonic_is_not_ok_while_its_fundamental_shows_faintly():
-    """Too faint for a line of a search, until the path is long."""
-    time, wrong, right = np.arange(1200) / RATE, 0, 0
-    velocity = 70 + 15 * np.sin(2 * np.pi * 1.1 * time)
-    turns = np.cumsum(velocity) / RATE / 1.8
-    for seed in (1, 3):
-        noise = np.random.default_rng(seed).normal(0, 0.7, 1200)
-        reading = 0.3 * np.sin(2 * np.pi * turns + 0.3) + np.sin(4 * np.pi * turns) + noise
-        found = SpaceTracker().process(np.column_stack([reading, velocity]))
-        wrong += (good(found) & (np.abs(found.wavelength_mm / 0.9 - 1) < 0.05)).sum()
-        right += (good(found) & (np.abs(found.wavelength_mm / 1.8 - 1) < 0.05)).sum()
-    assert right > 900 and wrong < 0.2 * right
-
-
-@pytest.mark.parametrize("speed, wavelength, mains", [(132.0, 2.3, 50.0), (146.0, 1.76, 60.0), (142.0, 2.2, 50.0)])
-def test_a_texture_beside_a_louder_hum_is_told_once_they_are_apart(speed, wavelength, mains):
-    """And stays told: neither the hum in the newest periods nor its images on the grid are another surface."""
-    time = np.arange(1800) / RATE
-    hum = 2.5 * (np.sin(2 * np.pi * mains * time) + 0.25 * np.sin(6 * np.pi * mains * time))
-    turns = 2 * np.pi * speed * time / wavelength
-    readings = np.cos(turns) + 0.3 * np.cos(2 * turns + 1) + hum + np.random.default_rng(0).normal(0, 0.1, 1800)
-    found = SpaceTracker().process(np.column_stack([readings, np.full(1800, speed)]))
-    usable = good(found)
-    assert usable[900:].mean() > 0.9 and np.abs(found.wavelength_mm[usable] / wavelength - 1).max() < 0.02
-
-
-def test_a_contact_that_repeats_after_four_periods_is_no_longer_wavelength():
-    """Lines at odd quarters of a line's frequency, 20 dB below it, as a section that sticks and slips makes."""
-    time = np.arange(2500) / RATE
-    lines = {1.0: 1.0, 2.0: 0.8, 1.25: 0.107, 0.25: 0.07, 1.75: 0.065, 0.5: 0.06, 0.75: 0.05}
-    rng = np.random.default_rng(0)
-    waves = [size * np.cos(2 * np.pi * 183.9 * at * time + 9 * rng.random()) for at, size in lines.items()]
-    readings = sum(waves) + rng.normal(0, 0.07, 2500)
-    found = SpaceTracker().process(np.column_stack([readings, np.full(2500, 145.7)]))
-    usable = good(found)
-    assert np.abs(found.wavelength_mm[usable] / (145.7 / 183.9) - 1).max(initial=0) < 0.01
-    assert found.status[-1] == TrackingStatus.AMBIGUOUS
-
-
-@pytest.mark.parametrize("peak, wavelength, mains", [(99.0, 1.98, 50.0), (96.0, 1.6, 60.0), (124.0, 2.48, 50.0)])
-def test_a_hum_that_strokes_meet_where_they_linger_bends_no_line(peak, wavelength, mains):
-    """Where they are fastest the texture has the frequency of the hum, which is twice as loud."""
-    time = np.arange(3000) / RATE
-    velocity, place = peak * np.sin(2 * np.pi * time), peak * (1 - np.cos(2 * np.pi * time)) / (2 * np.pi)
-    turns, beat = 2 * np.pi * place / wavelength, 2 * np.pi * mains * time
-    hum = 2 * (np.sin(beat) + 0.25 * np.sin(3 * beat))
-    readings = np.cos(turns) + 0.3 * np.cos(2 * turns + 1) + hum + np.random.default_rng(0).normal(0, 0.1, 3000)
-    found = SpaceTracker().process(np.column_stack([readings, velocity]))
-    usable = good(found)
-    assert usable[1000:].mean() > 0.9 and np.abs(found.wavelength_mm[usable] / wavelength - 1).max() < 0.02
 
 
 @pytest.mark.parametrize("gain, told", [(1.0, False), (1.08, True)])

@@ -141,54 +141,6 @@ def test_a_path_that_is_late_by_as_much_makes_the_line_sharper():
     assert sharp[0.0] == pytest.approx(looked(*window("strokes", 0, late_s=0.008)).score, rel=0.01)
 
 
-@pytest.mark.parametrize("step", [0.05, 0.2, 0.5])
-def test_steps_show_wavenumbers_up_to_nearly_half_of_theirs(step):
-    """Of the longest tenth; and the grid is that of the path where that is coarser."""
-    task, place = task_of(*window("constant", 0)), np.arange(200) * step
-    assert task.highest(place) == pytest.approx(min(0.45 / step, 1 / 0.4))
-    assert task.grid(place) == pytest.approx(max(step, 0.1))
-    uneven = np.cumsum(np.where(np.arange(200) % 4, step, 2 * step))
-    assert task.highest(uneven) == pytest.approx(min(0.225 / step, 2.5))
-    assert task.grid(-uneven) == pytest.approx(task.grid(place))
-
-
-def test_with_two_textures_the_louder_is_told_and_the_other_is_among_the_lines():
-    for size, told in ((0.6, 1 / TRUE_MM), (1.6, 0.777)):
-        rows, breaks = window("bent", 0, harmonics=(1.0,))
-        rows[:, 3] += size * np.cos(2 * np.pi * rows[:, 1] * 0.777)
-        found = looked(rows, breaks)
-        assert found.wavenumber == pytest.approx(told, rel=2e-3)
-        places = [1 / wavelength for wavelength, *_ in found.lines]
-        assert min(abs(place - 0.777) for place in places) < 0.01 > min(abs(place - 1 / TRUE_MM) for place in places)
-
-
-def test_a_line_above_the_highest_of_the_range_or_below_the_lowest_is_no_answer():
-    rows, breaks = window("bent", 0, harmonics=(1.0,))
-    for low, high, told in ((0.4, 1.77, False), (0.4, 1.9, True), (1.7, 6.0, True), (1.85, 6.0, False)):
-        found = looked(rows, breaks, low=low, high=high)
-        assert (found.status == TrackingStatus.OK) == told
-        assert told or found.status in (TrackingStatus.SEARCHING, TrackingStatus.OUT_OF_RANGE)
-
-
-def test_too_little_path_is_nothing_and_says_so():
-    rows, breaks = window("bent", 0)
-    for count, nothing in ((11, True), (200, False)):
-        found = looked(rows[:count], ())
-        assert (found.status == TrackingStatus.SEARCHING and found.extent == 0.0) == nothing
-    assert completed(task_of(rows[:11], ()).sharpness(0.0)) == 0.0
-
-
-@pytest.mark.parametrize("motion", ["bent", "strokes", "constant"])
-def test_a_hum_that_is_known_is_taken_out_before_lines_are_looked_for(motion):
-    """And so does not sharpen the path, as it is as sharp at any lateness."""
-    rows, breaks = window(motion, 0, hum=3.0)
-    found, blind = (looked(rows, breaks, hums_Hz=hums, before=1 / TRUE_MM) for hums in ((50.0,), ()))
-    assert found.status in (TrackingStatus.OK, TrackingStatus.CONSTANT_SPEED) and found.score == blind.score == 0.0
-    assert found.wavenumber * TRUE_MM == pytest.approx(1.0, abs=1e-3) and found.hums_Hz == ()
-    assert np.abs(found.amplitude) == pytest.approx(1.0, abs=0.1)
-    assert found.noise[0] < 3 * NOISE**2 and not found.mixed
-
-
 def test_a_window_has_the_strokes_that_are_long_enough():
     """Of a path to and fro: at least 0.6 of the longest, and more than eight rows."""
     ends = np.cumsum([0, 120, 80, 80, 65])

@@ -5,8 +5,8 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.estimators.stream import completed
-from papilla.estimators.wavelength.lines import find_lines, latest_stretch, order_of, travelled, with_harmonics
-from papilla.estimators.wavelength.spectrum import Line, Spectrum, background, vertex
+from papilla.estimators.wavelength.lines import find_lines, latest_stretch, travelled, with_harmonics
+from papilla.estimators.wavelength.spectrum import Line, Spectrum, background
 
 
 def red(count: int, channels: int, correlation: float, seed: int) -> np.ndarray:
@@ -151,22 +151,6 @@ def test_a_line_is_stated_with_the_chance_that_noise_makes_it_somewhere():
             find_lines(position, readings, false_alarm=chance)
 
 
-def test_what_uneven_steps_show_is_by_the_path():
-    """2.2 of the mean step, each weighed by its length; up to a third of the path, and inside what is asked for."""
-    steps = np.where(np.arange(600) % 3, 0.1, 0.4)
-    position = np.cumsum(steps)
-    readings = np.random.default_rng(0).standard_normal(600)
-    shortest, longest = 2.2 * (2 * 0.01 + 0.16) / 0.6, np.ptp(position) / 3
-    assert find_lines(position, readings).searched_mm == pytest.approx((shortest, longest), rel=0.01)
-    for asked in ((0.5, 9.0), (1.0, 999.0), (2.0, 9.0)):
-        limits = max(asked[0], shortest), min(asked[1], longest)
-        assert find_lines(position, readings, wavelength_range_mm=asked).searched_mm == pytest.approx(limits, rel=0.01)
-    with pytest.raises(
-        InputError, match=r"of the 0.2 to 0.3 mm asked for can be searched: 119.6 mm of path in steps of 0.3 mm show"
-    ):
-        find_lines(position, readings, wavelength_range_mm=(0.2, 0.3))
-
-
 def test_channels_and_rows_that_hold_numbers_are_used():
     """A channel with a number in more than half of the rows; 16 rows."""
     position, readings = log(400, channels=2)
@@ -215,18 +199,6 @@ def test_the_top_of_a_line_is_that_of_the_parabola_through_its_logarithms():
     assert not any(line.ratio > 100 for line in completed(own.lines(0.3, 1.19, 5)))
 
 
-def test_a_peak_within_twice_the_resolution_of_a_greater_one_is_its_shoulder():
-    for apart, tops in ((8, [100]), (9, [100, 109])):
-        power = np.ones(300)
-        power[100], power[100 + apart] = 50.0, 20.0
-        found = spectrum(power).tops(1, 299)
-        assert [top for top in found.tolist() if power[top] > 2] == tops
-    power = np.ones(300)
-    power[[50, 120, 200]] = 9.0, 7.0, 8.0
-    found = [line.wavenumber for line in completed(spectrum(power).lines(0.3, 2.5, 2)) if line.amplitude > 1.5]
-    assert found == pytest.approx([0.5, 2.0], abs=0.01)
-
-
 def test_loud_lines_that_share_a_period_which_none_of_them_has_are_told_as_its_harmonics():
     """2.355 and 1.570 mm: 4.71 mm, where that is in the range; with 1.62 mm beside it a line is its own."""
     position = np.arange(0, 60, 0.05)
@@ -237,24 +209,3 @@ def test_loud_lines_that_share_a_period_which_none_of_them_has_are_told_as_its_h
         found = sorted((own.harmonic, own.fundamental_mm) for own in lines)
         own = sorted((1, own) for own in (2.355, second))
         assert found == [(order, pytest.approx(mm, rel=2e-3)) for order, mm in told or own]
-
-
-@pytest.mark.parametrize("at", [-0.45, 0.0, 0.3])
-def test_the_top_of_a_gaussian_is_found_exactly(at):
-    powers = 7.0 * np.exp(-((np.array([-1, 0, 1]) - at) ** 2) / 1.3)
-    assert vertex(powers) == pytest.approx(at, abs=1e-12)
-    assert vertex(1e-3 * powers) == pytest.approx(at, abs=1e-12)
-
-
-def test_a_harmonic_is_a_multiple_within_the_slack():
-    """Three sigmas of the difference and a quarter of the resolution, but never a quarter of the fundamental."""
-    fundamental = Line(1.0, 50.0, 1.0, 1e-9, 0.001)
-
-    def order(wavenumber, sigma=0.001, resolution=0.04):
-        return order_of(Line(wavenumber, 20.0, 0.5, 1e-6, sigma), fundamental, resolution)
-
-    slack = 3 * np.hypot(0.001, 3 * 0.001) + 0.25 * 0.04
-    assert order(3 + 0.99 * slack) == order(3 - 0.99 * slack) == 3
-    assert order(3 + 1.01 * slack) == order(3 - 1.01 * slack) == 1
-    assert order(1.0) == 1 and order(2.0) == 2 and order(12.0) == 12 and order(13.0) == 1
-    assert order(2.24, sigma=1.0) == 2 and order(2.26, sigma=1.0) == 1

@@ -47,15 +47,6 @@ def test_information_is_that_of_all_harmonics_and_gauges_together():
     assert no_second.information.sum() == pytest.approx(2 * np.pi**2 * COUNT / NOISE**2 * 1.25, rel=0.02)
 
 
-def test_a_gauge_that_is_missing_for_a_while_tells_by_the_rest():
-    place, readings = waves([[1.0, 0.5]])
-    seen = np.ones_like(readings, bool)
-    seen[:600, 0] = False
-    found = phases(place, np.where(seen, readings, 0.0), np.full((1, 2), NOISE**2), seen)
-    assert found.information.sum() == pytest.approx(2 * np.pi**2 / NOISE**2 * (600 + 0.25 * 1200), rel=0.03)
-    assert np.abs(found.amplitude) == pytest.approx(np.array([[1.0, 0.5]]), abs=0.02)
-
-
 def test_what_is_no_whole_period_at_the_end_of_a_stroke_does_not_count():
     """Blocks of whole periods from each stroke's begin; 3.5 periods are three, 3.95 all but four."""
     for periods, blocks in ((3.5, 3), (3.95, 4), (4.02, 4)):
@@ -118,12 +109,6 @@ def test_blocks_far_from_the_others_hardly_count():
     x = blocks(cycles).regressors[:, 0]
     plain = 0.4 * x[-1] / (x @ x)
     assert abs(spoilt.step[0] - clean.step[0]) < 0.03 * plain
-
-
-def test_without_any_phase_there_is_no_step():
-    own = blocks(np.zeros(6), seen=0.0)
-    found = completed(regressed(own, np.array([4.0]), np.array([0.5])))
-    assert found.step[0] == pytest.approx(0.5) and found.covariance[0, 0] == pytest.approx(0.25)
 
 
 def kept(readings, place, wanted=(1.0,), noise=(0.01,), periods=3, seen=None):

@@ -45,22 +45,6 @@ def test_a_line_over_time_is_taken_out_where_it_has_a_tenth_of_the_surfaces_ener
         np.testing.assert_array_equal(found.readings, strokes(surface() + hum(size)).readings)
 
 
-def test_what_is_the_surfaces_as_well_is_not_taken():
-    """At a constant speed 40 Hz is what the surface's 0.5 / mm is."""
-    for off, taken in ((0.0, False), (0.3, False), (1.5, True)):
-        frequency = 40.0 + off / 0.9
-        both = strokes(surface(STRAIGHT) + hum(2.0, frequency), STRAIGHT)
-        found = completed(silenced(both, TIME, [line(frequency)], K))
-        assert (not np.array_equal(found.readings, both.readings)) == taken
-
-
-@pytest.mark.parametrize("amplitude, taken", [(0.51, True), (0.49, False)])
-def test_without_a_wavelength_lines_half_as_strong_as_the_strongest_are_taken_out(amplitude, taken):
-    both = strokes(hum(2.0) + hum(1.0, 117.0))
-    found = completed(silenced(both, TIME, [line(61.0), line(117.0, amplitude)]))
-    assert left(found, strokes(0 * TIME)) == pytest.approx(0.02 if taken else 1.0 / np.sqrt(2), abs=0.06)
-
-
 def test_each_stroke_has_phases_of_its_own_and_what_is_missing_stays_so():
     place = np.where(np.arange(900) < 450, BENT, 2 * BENT[450] - BENT)
     wave = surface(place)
@@ -92,14 +76,6 @@ def test_energy_is_credited_to_the_one_that_explains_it(begin):
     assert path == pytest.approx(best.ratio, rel=0.25) and time < 0.02 * path
     best, (path, time) = credit(hum(2.0, 47.0), [line(47.0), line(300.0)], place, begin)
     assert time > 10 * path
-
-
-def test_alone_each_of_two_that_are_alike_is_credited_with_what_the_other_cannot_explain():
-    """At a constant speed nothing: both explain it as well."""
-    best, (path, time) = credit(surface(STRAIGHT, (1.0,)), [line(40.0)], STRAIGHT)
-    assert path < 1e-3 * best.ratio and time < 1e-3 * best.ratio
-    best, (path, time) = credit(surface(STRAIGHT, (1.0,)), [line(43.0)], STRAIGHT)
-    assert path > 0.5 * best.ratio and time < 0.1 * path
 
 
 def test_what_is_slower_than_a_period_is_taken_out_and_its_harmonics_stay():
