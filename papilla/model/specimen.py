@@ -67,7 +67,7 @@ def physics_words(specimen: "Specimen", friction: Friction, large_strain: bool) 
     return f"{specimen.words}, friction {friction_word}, large strain {strain}"
 
 
-class Surface(Protocol):
+class ContactSurface(Protocol):
     """The patch on which a specimen computes its compliance; n nodes."""
 
     @property
@@ -163,11 +163,11 @@ class Specimen:
         """The largest element (mm) of a patch that resolves the specimen's shape and compliance."""
         return math.inf
 
-    def compliance(self, surface: Surface) -> "np.ndarray":
+    def compliance(self, surface: ContactSurface) -> "np.ndarray":
         """Weak compliance (n, n) of the specimen on a patch, mm3 / MPa."""
         return surface.half_space / self.contact_modulus
 
-    def traction_compliance(self, surface: Surface) -> "np.ndarray":
+    def traction_compliance(self, surface: ContactSurface) -> "np.ndarray":
         """Weak compliance (3n, 3n) against pressure, then tangential tractions along x and y, mm3 / MPa.
 
         Only friction asks for it; its first (n, n) block is `compliance`.
@@ -216,14 +216,14 @@ class Block(Specimen):
         """Elements of 2.5 thicknesses resolve the layer's compliance to 1.4 %."""
         return 2.5 * self.thickness
 
-    def compliance(self, surface: Surface) -> "np.ndarray":
+    def compliance(self, surface: ContactSurface) -> "np.ndarray":
         """Weak compliance (n, n) of the layer, mm3 / MPa: that of a half-space plus a smooth kernel."""
         from papilla.references import LayerKernel
 
         layer = surface.kernel(LayerKernel(self.thickness, self.nu, self.bonded))
         return super().compliance(surface) + layer / self.modulus
 
-    def traction_compliance(self, surface: Surface) -> "np.ndarray":
+    def traction_compliance(self, surface: ContactSurface) -> "np.ndarray":
         """Weak compliance (3n, 3n) of the layer under all tractions, mm3 / MPa; raises `InputError` for a sliding
         block, which nothing holds."""
         from papilla.references import BondedLayerGreen

@@ -88,7 +88,7 @@ def follows(answer: np.ndarray, truth: np.ndarray, rate_Hz: float) -> float:
 
 
 @dataclass(frozen=True)
-class WhiteNoise:
+class ReadingNoise:
     """White noise: signal to noise in dB, which no paper prints."""
 
     snr_dB: float

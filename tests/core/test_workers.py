@@ -10,7 +10,7 @@ import pytest
 from killed_client import worker_ends_with
 
 from papilla.core.errors import WorkerKilledError
-from papilla.core.workers import MOST_TRIES, Processes, counted, one_thread_each, run_program, workers
+from papilla.core.workers import MOST_TRIES, Processes, one_thread_each, run_program, workers
 
 
 def doubled(number, say):

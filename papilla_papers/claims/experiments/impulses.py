@@ -26,7 +26,7 @@ from papilla_papers.methods.roughness.impulses import Corpuscle
 
 IMPULSE_SCENE = scene("impulses")
 IMPULSE_PAPER = "2006"
-IMPULSE_NOISE = signals.WhiteNoise(signals.SHARED_SIGNALS.snr_dB[IMPULSE_PAPER])
+IMPULSE_NOISE = signals.ReadingNoise(signals.SHARED_SIGNALS.snr_dB[IMPULSE_PAPER])
 
 
 def run(tell, cause: bool = True) -> dict:
@@ -142,7 +142,7 @@ def _grooves() -> dict:
     }
 
 
-def _levels(assumed: signals.WhiteNoise, cause: bool = True) -> dict:
+def _levels(assumed: signals.ReadingNoise, cause: bool = True) -> dict:
     """Wavelengths of the five gratings at constant speed: share of neighbours apart, over the seeds."""
     values: dict = {}
     how: dict[str, Any] = {"cause": cause, "snr_dB": assumed.snr_dB}

@@ -17,7 +17,7 @@ STROKE_SEEDS = range(SPECTRUM_SCENE.about.seeds)
 WINDOWS_MS: tuple[int, ...] = SPECTRUM_SCENE.windows_ms
 GRATINGS_MM: tuple[float, ...] = SPECTRUM_SCENE.gratings_mm
 SPECTRUM_PAPER = "2011_okamoto"
-SPECTRUM_NOISE = signals.WhiteNoise(signals.SHARED_SIGNALS.snr_dB[SPECTRUM_PAPER])
+SPECTRUM_NOISE = signals.ReadingNoise(signals.SHARED_SIGNALS.snr_dB[SPECTRUM_PAPER])
 
 
 def run(tell, cause: bool = True) -> dict:
@@ -49,7 +49,7 @@ def in_strokes(wavelength_mm: float, **how) -> np.ndarray:
     return np.concatenate([signals.answers_mm(Okamoto(), seen) for seen in scenes])
 
 
-def _gratings(assumed: signals.WhiteNoise) -> dict:
+def _gratings(assumed: signals.ReadingNoise) -> dict:
     """Answers on each grating in strokes: the mean error on the coarse gratings over that on the fine ones."""
     groups = [in_strokes(mm, snr_dB=assumed.snr_dB) for mm in GRATINGS_MM]
     off = np.abs(np.array([group.mean() for group in groups]) - GRATINGS_MM)
