@@ -51,17 +51,17 @@ POSITION_FORM = {
 
 
 def read_calibration(makes: type[Record], path: Path) -> Record:
-    """The calibration of a file as the dataclass `makes` (`papilla.Calibration`), with a remark if the file is not as
+    """The calibration of a file as the dataclass `makes` (`papilla.Calibration`), with a note if the file is not as
     papilla wrote it.
 
     Raises `FileAccessError` or `FileFormatError` (file and key named).
     """
-    document, remark = read_sealed(path, CALIBRATION_SCHEMA, "calibration")
+    document, file_note = read_sealed(path, CALIBRATION_SCHEMA, "calibration")
     try:
         parts = _FILE.validate_python(document)
     except ValidationError as error:
         raise FileFormatError(f"{path}: {in_words(first_of(error))}") from error
-    domain, calibration = parts.pop("domain"), makes(**parts.pop("softness"), **parts, remark=remark)
+    domain, calibration = parts.pop("domain"), makes(**parts.pop("softness"), **parts, file_note=file_note)
     if domain != calibration.domain:
         raise FileFormatError(f"{path}: domain differs from that of softness.surface")
     return calibration
@@ -88,7 +88,7 @@ def to_document(calibration: Any) -> dict[str, Any]:
         "softness": softness,
         "domain": record_fields.domain,
     }
-    notes = (*record_fields.notes, record_fields.remark) if record_fields.remark else record_fields.notes
+    notes = (*record_fields.notes, record_fields.file_note) if record_fields.file_note else record_fields.notes
     return _plain(record | {"provenance": record_fields.provenance, "notes": notes})
 
 

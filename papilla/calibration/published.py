@@ -156,7 +156,7 @@ def fit_quadratic(force_N: ArrayLike, modulus_MPa: ArrayLike, sd_microstrain: Ar
         max=float(np.abs(residual).max()),
         modulus_MPa=(float(modulus.min()), float(modulus.max())),
         condition=float(singular[0] / singular[-1]),
-        notes=(*notes, *_doubts(force, modulus, sd, residual, coefficients, covariance)),
+        notes=(*notes, *_notes(force, modulus, sd, residual, coefficients, covariance)),
     )
 
 
@@ -171,7 +171,7 @@ def _refuse_dead_terms(singular: np.ndarray, right: np.ndarray) -> None:
         )
 
 
-def _doubts(force, modulus, sd, residual, coefficients, covariance) -> list[str]:
+def _notes(force, modulus, sd, residual, coefficients, covariance) -> list[str]:
     """Doubts about the coefficients, as sentences."""
     notes = []
     for name, values in (("moduli", modulus), ("forces", force)):

@@ -74,7 +74,7 @@ class Calibration:
     provenance : versions, hashes, when; notes : limitations, a sentence each.
     position : changes by contacts beside the apex; None if they are not known.
     compact : five coefficients with a closed-form inverse, for a microcontroller; None if they do not fit.
-    remark : a warning about the file that it was loaded from; empty if the file is as papilla wrote it.
+    file_note : a warning about the file that it was loaded from; empty if the file is as papilla wrote it.
     """
 
     finger: dict
@@ -86,7 +86,7 @@ class Calibration:
     provenance: dict
     notes: tuple[str, ...] = ()
     position: PositionTerms | None = None
-    remark: str = ""
+    file_note: str = ""
     compact: Compact | None = None
 
     @property
@@ -119,7 +119,7 @@ class Calibration:
     def load(cls, path: str | PathLike) -> "Calibration":
         """Read a calibration file.
 
-        A file that was changed after papilla wrote it, or that has no checksum, comes with a `remark` and a
+        A file that was changed after papilla wrote it, or that has no checksum, comes with a `file_note` and a
         `UserWarning`. Raises `FileAccessError` if it cannot be read, `FileFormatError` if it is truncated, has an
         unknown schema or a wrong value; the message names the file and the key.
         """
@@ -127,8 +127,8 @@ class Calibration:
         from papilla.calibration.document import read_calibration
 
         calibration = read_calibration(cls, Path(path))
-        if calibration.remark:
-            warnings.warn(f"{path}: {calibration.remark}", stacklevel=2)
+        if calibration.file_note:
+            warnings.warn(f"{path}: {calibration.file_note}", stacklevel=2)
         return calibration
 
     def save(self, path: str | PathLike) -> None:

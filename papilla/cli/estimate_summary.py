@@ -277,14 +277,14 @@ class Summary:
                 row_counts[quantity] += count * self._usable(quantity, codes)
         later: list[str] = []
         lines, searched = self._lines(wavelengths, later)
-        doubts = [text for text in self._pipeline.messages if text.startswith("modulus: the calibration is in doubt")]
+        doubts = [text for text in self._pipeline.notes if text.startswith("modulus: the calibration is in doubt")]
         remarks = [*doubts, *report.sizes, *self._unanswered(row_counts, statuses), *self._broken()]
         remarks += [
             *_of_lines(lines, wavelengths),
             *_of_speed(statuses["wavelength"], row_counts["wavelength"]),
             *later,
         ]
-        notes = [text for text in (*self._pipeline.messages, *report.notes) if text not in remarks]
+        notes = [text for text in (*self._pipeline.notes, *report.notes) if text not in remarks]
         return {
             "rows": report.rows,
             "answered_rows": self._answered,

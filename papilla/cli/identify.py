@@ -193,7 +193,7 @@ def summary_of(identified: "Identification", diagnosis: "Diagnosis") -> dict:
         "physics": " and ".join(shape.physics for shape in identified.problem.shapes),
         "profiles": [vars(interval) for interval in diagnosis.profiles],
         "influence": diagnosis.influence.tolist(),
-        "doubts": list(diagnosis.doubts),
+        "doubts": list(diagnosis.notes),
     }
 
 

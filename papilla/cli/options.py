@@ -280,9 +280,9 @@ def ready(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:
 
 
 def read_press_log(path: Path, units: bool, **how: Any) -> "PressLog":
-    """The presses of a log, read as `how` says; its notes are shown, and its remarks on units if `units`.
+    """The presses of a log, read as `how` says; its notes are shown, and those on units if `units`.
 
-    An identification reports the remarks on units itself, among its doubts or in its errors.
+    An identification reports those on units itself, among its notes or in its errors.
     """
     from papilla.logs import read_presses
 

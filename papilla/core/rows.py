@@ -48,7 +48,7 @@ class Reader(ABC):
     """Rows of named columns, block by block and as often as asked for. A context manager.
 
     path : of the source, for messages. header : its columns. names : the wanted ones, in the same order; ignored : the
-    others. unusable : columns, or topics, that are no numbers, with the reason. notes : remarks for the user, a
+    others. unusable : columns, or topics, that are no numbers, with the reason. notes : for the user, a
     sentence each. called : the source's own names of columns, if they differ. live : whether the rows come once
     (standard input). rows : their number, if it is known beforehand.
     """

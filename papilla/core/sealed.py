@@ -25,7 +25,7 @@ def write_sealed(document: dict[str, Any], path: Path) -> None:
 
 
 def read_sealed(path: Path, schema: str, what: str) -> tuple[dict[str, Any], str]:
-    """The document in a file, without its checksum, and a remark that is empty if the checksum matches.
+    """The document in a file, without its checksum, and a note that is empty if the checksum matches.
 
     what : kind of document, for messages. Raises `FileAccessError`; `FileFormatError` if the file is no such document.
     """

@@ -23,10 +23,10 @@ BY_SAMPLES, BY_DEPTH = "papilla.softness", "papilla.softness_by_depth"
 class SampleMethod(Protocol):
     """A modulus from each sample by itself, made of a calibration, `gauge_sigma` (microstrain) and `force_sigma_N`.
 
-    remark : what a summary says of such a modulus. state : what is remembered.
+    note : what a summary says of such a modulus. state : what is remembered.
     """
 
-    remark: str
+    note: str
     state: Any
 
     def feel(self, readings: tuple[float, ...], force_N: float, found: tuple[int, ...]) -> SoftnessEstimate:

@@ -172,9 +172,9 @@ class TextureModel:
     @classmethod
     def load(cls, path: str | Path) -> "TextureModel":
         """Read a model; raises `FileAccessError`, and `FileFormatError` for what is no model or was changed since."""
-        document, remark = read_sealed(Path(path), TEXTURE_SCHEMA, "texture model")
-        if remark:
-            raise FileFormatError(f"{path}: {remark}")
+        document, file_note = read_sealed(Path(path), TEXTURE_SCHEMA, "texture model")
+        if file_note:
+            raise FileFormatError(f"{path}: {file_note}")
         try:
             model = _adapter().validate_python(document)
         except ValidationError as error:

@@ -1,7 +1,7 @@
-"""Doubts about an identification: weakly determined parameters, values that priors decide, influential presses.
+"""Notes about an identification: weakly determined parameters, values that priors decide, influential presses.
 
 `diagnose` runs a few more fits where a parameter is poorly determined (profile likelihood) and where two gauges may be
-swapped; all other doubts follow from the Jacobian of the fit. `record` makes the part of the identification that a
+swapped; all other notes follow from the Jacobian of the fit. `record` makes the part of the identification that a
 design file keeps.
 
 The profile gives the interval of a weakly determined parameter: the values x at which chi-square, with all other
@@ -80,28 +80,28 @@ class ParameterProfile:
     cut_off_by: tuple[str, ...] = ()
 
     @property
-    def doubts(self) -> list[str]:
-        """Doubts about the interval, a sentence each."""
-        interval, doubts = f"{self.lower:.3g} to {self.upper:.3g}", []
+    def notes(self) -> list[str]:
+        """Notes about the interval, a sentence each."""
+        interval, notes = f"{self.lower:.3g} to {self.upper:.3g}", []
         if self.verdict != "bounded":
             where = "on one side alone" if self.verdict == "one-sided" else "on neither side"
-            doubts.append(f"the presses bound {self.name} {where}: its prior decides, and makes it {interval}")
+            notes.append(f"the presses bound {self.name} {where}: its prior decides, and makes it {interval}")
         if self.cut_off_by:
             names = " and ".join(self.cut_off_by)
-            doubts.append(f"the interval of {self.name}, {interval}, is cut off where {names} comes to its bound")
-        return doubts
+            notes.append(f"the interval of {self.name}, {interval}, is cut off where {names} comes to its bound")
+        return notes
 
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Doubts about an `Identification` from n presses.
+    """Notes about an `Identification` from n presses.
 
     influence : (n,) largest change of a parameter other than the gauges', in standard deviations, by leaving out each
     press (to first order). condition : condition number of the presses' information, columns scaled.
     """
 
     status: str
-    doubts: tuple[str, ...]
+    notes: tuple[str, ...]
     intervals: dict[str, tuple[float, float]]
     profiles: tuple[ParameterProfile, ...]
     influence: np.ndarray
@@ -124,26 +124,26 @@ def diagnose(found: Identification) -> Diagnosis:
         intervals["stick_share"] = max(low, 0.0), min(high, 1.0)
     moved = influence_by_parameter(found)
     largest = np.array([max(changes) for changes in zip(*moved.values(), strict=True)])
-    doubts = (
+    notes = (
         *([found.asked] if found.asked else []),
         *found.problem.log.notes,
         *found.problem.log.sizes,
         *_of_the_presses(found),
         *_of_the_fit(found, profiles),
         *_of_gauges(found),
-        *(sentence for interval in profiles for sentence in interval.doubts),
+        *(sentence for interval in profiles for sentence in interval.notes),
     )
     if largest.size and largest.max() > INFLUENTIAL_PRESS_SIGMAS:
         press = int(largest.argmax())
         name = max(moved, key=lambda parameter: moved[parameter][press])
-        doubts += (f"press {press + 1} alone moves {name} by about {largest[press]:.2g} of its standard deviations",)
-    good = "ok" if not doubts else "doubtful"
+        notes += (f"press {press + 1} alone moves {name} by about {largest[press]:.2g} of its standard deviations",)
+    good = "ok" if not notes else "doubtful"
     if turned := _backwards(found):
         good += f", but {len(turned)} of {len(found.problem.gauges)} gauges read backwards"
-    doubts += (*turned, *_rubbing(found, intervals))
+    notes += (*turned, *_rubbing(found, intervals))
     quality = f"chi-square {found.chi_square:.3g} at {found.freedom:.3g} degrees of freedom"
     status = f"{good}: identified from {len(found.problem.log)} presses, {quality}"
-    return Diagnosis(status, doubts, intervals, profiles, largest, _condition(found))
+    return Diagnosis(status, notes, intervals, profiles, largest, _condition(found))
 
 
 def record(found: Identification, diagnosis: Diagnosis, specimen: str) -> Identified:
@@ -174,7 +174,7 @@ def record(found: Identification, diagnosis: Diagnosis, specimen: str) -> Identi
         freedom=found.freedom,
         force_error=problem.noise.force,
         noise_microstrain=problem.noise.readings_microstrain,
-        notes=diagnosis.doubts,
+        notes=diagnosis.notes,
     )
 
 
@@ -236,41 +236,39 @@ def _condition(fit: Identification) -> float:
 
 
 def _of_the_presses(fit: Identification) -> list[str]:
-    """Doubts that follow from the choice of presses."""
+    """Notes that follow from the choice of presses."""
     problem, log = fit.problem, fit.problem.log
-    doubts = []
+    notes = []
     inner, outer = fit.values["inner_modulus_MPa"], fit.values["outer_modulus_MPa"]
     if len(log) < 2 or (np.ptp(log.force_N) == 0 and np.ptp(log.modulus_MPa) == 0):
-        doubts.append("all presses are one and the same scene: priors decide most results")
+        notes.append("all presses are one and the same scene: priors decide most results")
     elif np.ptp(log.modulus_MPa) == 0:
-        doubts.append(
+        notes.append(
             "all presses are on one modulus: a specimen of another one, far from it, would separate moduli from gains"
         )
     if log.stated_sd is not None:
-        doubts.append("S_d alone: ratios of the gauges' gains are assumed to be the design's, and their zeros to be 0")
+        notes.append("S_d alone: ratios of the gauges' gains are assumed to be the design's, and their zeros to be 0")
     if hard := int(problem.strained(inner).sum()):
-        doubts.append(f"{hard} of {len(log)} presses strain this finger more than was measured at finite strain")
+        notes.append(f"{hard} of {len(log)} presses strain this finger more than was measured at finite strain")
     outside = np.zeros(len(log), bool)
     for shape in problem.shapes:
         loads = log.force_N[shape.rows], problem.moduli(fit.values)[shape.rows]
         outside[shape.rows] = ~shape.responses[0].inside(*loads, outer, inner)
     if outside.any():
-        doubts.append(
-            f"{int(outside.sum())} of {len(log)} presses lie outside of what the model covers for this finger"
-        )
+        notes.append(f"{int(outside.sum())} of {len(log)} presses lie outside of what the model covers for this finger")
     if not problem.shapes[0].responses[0].large_strain:
-        doubts.append(
+        notes.append(
             "large strain is not known for this geometry, friction or specimen, and not included: 2 to 4 % of S_d"
         )
-    return doubts
+    return notes
 
 
 def _of_the_fit(fit: Identification, profiles: tuple[ParameterProfile, ...]) -> list[str]:
-    """Doubts about the fit: bounds, priors that decide, specimens, correlations, misfit, swapped gauges, rivals."""
+    """Notes about the fit: bounds, priors that decide, specimens, correlations, misfit, swapped gauges, rivals."""
     problem, ended = fit.problem, at_bounds(fit.problem, fit.vector)
-    doubts = [f"{name} ended at its bound, beyond what is known of silicones" for name in ended if name != RATIO_WORDS]
+    notes = [f"{name} ended at its bound, beyond what is known of silicones" for name in ended if name != RATIO_WORDS]
     if beyond := problem.beyond(fit.vector):
-        doubts.append(
+        notes.append(
             f"the ratio of the moduli is {PER_CENT * abs(beyond):.1g} % outside of 1 to 16, where fingers are known"
         )
     for name, sigma, linear in zip(fit.names, fit.sigma, problem.linear, strict=True):
@@ -278,11 +276,11 @@ def _of_the_fit(fit: Identification, profiles: tuple[ParameterProfile, ...]) -> 
             interval.name == name and interval.verdict != "bounded" for interval in profiles
         )
         if not (linear or explained or name == "stick_share") and sigma > PRIOR_DECIDES * problem.priors[name][1]:
-            doubts.append(f"the presses do not determine {name}: its prior decides")
+            notes.append(f"the presses do not determine {name}: its prior decides")
     for name, specimen in problem.specimens.items():
         off = np.log(fit.values[name] / problem.held[name]) / specimen.sigma
         if abs(off) > INTERVAL_HALF_WIDTH_SIGMAS:
-            doubts.append(
+            notes.append(
                 f"the specimen of {problem.held[name]:g} MPa came out at {fit.values[name]:.3g}, {abs(off):.2g} of "
                 "the standard deviations that modulus_sigma_MPa states"
             )
@@ -294,14 +292,14 @@ def _of_the_fit(fit: Identification, profiles: tuple[ParameterProfile, ...]) -> 
             wide = (
                 ": take their intervals 1.5 times as wide" if {kind(name) for name in names} <= {*CONTACT_MOVES} else ""
             )
-            doubts.append(f"{names[0]} and {names[1]} are determined together only (correlation {together:.3f}){wide}")
+            notes.append(f"{names[0]} and {names[1]} are determined together only (correlation {together:.3f}){wide}")
     if fit.freedom > 0 and fit.chi_square / fit.freedom > MISFIT_CHI_SQUARE:
         excess = fit.chi_square / fit.freedom
-        doubts.append(f"the model does not fit: chi-square is {excess:.3g} times its freedom; all sigmas are widened")
-    doubts += _swapped(fit)
+        notes.append(f"the model does not fit: chi-square is {excess:.3g} times its freedom; all sigmas are widened")
+    notes += _swapped(fit)
     if fit.rival is not None and fit.rival < INTERVAL_HALF_WIDTH_SIGMAS**2:
-        doubts.append(f"another finger fits as well, chi-square only {fit.rival:.2g} more: press other specimens too")
-    return doubts
+        notes.append(f"another finger fits as well, chi-square only {fit.rival:.2g} more: press other specimens too")
+    return notes
 
 
 def _swapped(fit: Identification) -> list[str]:
@@ -325,23 +323,23 @@ def _swapped(fit: Identification) -> list[str]:
 
 
 def _of_gauges(fit: Identification) -> list[str]:
-    """Doubts about single gauges: those that hardly respond, or whose gain and lever are not determined separately."""
-    doubts: list[str] = []
+    """Notes about single gauges: those that hardly respond, or whose gain and lever are not determined separately."""
+    notes: list[str] = []
     problem = fit.problem
     if problem.log.stated_sd is not None:
-        return doubts
+        return notes
     gains = [np.inf] * len(problem.gauges) if problem.gains is None else problem.gains.tolist()
     for name, moved, gain in zip(problem.gauges, np.ptp(problem.log.readings, axis=0), gains, strict=True):
         lever = f"lever_mm.{name}"
         if moved < DEAD_GAUGE_SIGMAS * problem.noise.readings_microstrain:
-            doubts.append(f"{name} hardly follows the presses ({moved:.3g} µε in all): dead, loose, or far away")
+            notes.append(f"{name} hardly follows the presses ({moved:.3g} µε in all): dead, loose, or far away")
         elif lever in fit.names and fit[lever][1] > PRIOR_DECIDES * PARAMETERS_BY_NAME["lever_mm"].sigma * gain:
-            doubts.append(f"the presses do not separate lever and gain of {name}: the prior decides")
-    return doubts
+            notes.append(f"the presses do not separate lever and gain of {name}: the prior decides")
+    return notes
 
 
 def _backwards(fit: Identification) -> list[str]:
-    """Gauges with negative gain. This is a note, not a doubt, because their leads may be swapped."""
+    """Gauges with negative gain. It does not make a fit doubtful, because their leads may be swapped."""
     gains = [(name.split(".")[1], *fit[name]) for name in fit.names if kind(name) == "gain"]
     return [
         f"{gauge} reads backwards (gain {gain:.3g})"
@@ -351,7 +349,7 @@ def _backwards(fit: Identification) -> list[str]:
 
 
 def _rubbing(fit: Identification, intervals: dict[str, tuple[float, float]]) -> list[str]:
-    """The share of stick if the friction was not stated. This is a note, not a doubt, because all intervals contain
+    """The share of stick if the friction was not stated. It does not make a fit doubtful, because all intervals contain
     it."""
     if "stick_share" not in fit.names:
         return []

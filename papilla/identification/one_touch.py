@@ -167,7 +167,7 @@ class Relaxation:
 
     share_sigma, time_sigma : (p,) standard deviations; those of the times are relative. power : exponent of the force,
     or the factor k of a model. rms : of the residuals, relative to the observed range. rate_per_s : range of d ln F /
-    dt in the rows of the loading. doubts : a sentence each.
+    dt in the rows of the loading. notes : a sentence each.
     """
 
     prony: Prony
@@ -176,7 +176,7 @@ class Relaxation:
     power: float
     rms: float
     rate_per_s: tuple[float, float]
-    doubts: tuple[str, ...]
+    notes: tuple[str, ...]
 
 
 def fit_relaxation(
@@ -247,7 +247,7 @@ def fit_relaxation(
         float(best.vector[-1]),
         float(np.sqrt(best.cost / len(time))),
         _rates(time, force),
-        _doubts(shares, taus, share_sigma, time),
+        _notes(shares, taus, share_sigma, time),
     )
 
 
@@ -282,7 +282,7 @@ class TouchRelaxation:
             "rms": fitted.rms,
             "loading_rate_per_s": list(fitted.rate_per_s),
             "crept": list(self.crept),
-            "doubts": list(fitted.doubts),
+            "doubts": list(fitted.notes),
         }
 
 
@@ -334,16 +334,16 @@ def _rates(time: np.ndarray, force: np.ndarray) -> tuple[float, float]:
     return (float(rising.min()), float(rising.max())) if len(rising) else (0.0, 0.0)
 
 
-def _doubts(shares: np.ndarray, taus: np.ndarray, sigma: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
+def _notes(shares: np.ndarray, taus: np.ndarray, sigma: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
     """Sentences on times outside of the range that the log resolves, and on shares that may be zero."""
-    doubts = []
+    notes = []
     shortest = RESOLVED_TIME_RATIO * float(np.median(np.diff(time)))
     longest = float(time[-1] - time[0]) / RESOLVED_TIME_RATIO
     for share, tau, share_sigma in zip(shares, taus, sigma, strict=True):
         if not shortest <= tau <= longest:
-            doubts.append(
+            notes.append(
                 f"a time of {tau:.3g} s is outside of what the log resolves, {shortest:.3g} to {longest:.3g} s"
             )
         if share_sigma > share / 2:
-            doubts.append(f"the share at {tau:.3g} s, {share:.2g}, may be zero (sigma {share_sigma:.2g})")
-    return tuple(doubts)
+            notes.append(f"the share at {tau:.3g} s, {share:.2g}, may be zero (sigma {share_sigma:.2g})")
+    return tuple(notes)

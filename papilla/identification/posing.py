@@ -261,5 +261,5 @@ def refuse_beyond(problem: Problem) -> None:
 
 
 def _sizes(log: PressLog) -> str:
-    """The remarks on units, with maps that correct them, as the end of a sentence."""
-    return "".join(f"; {remark}" for remark in log.sizes)
+    """The notes on units, with maps that correct them, as the end of a sentence."""
+    return "".join(f"; {note}" for note in log.sizes)

@@ -126,7 +126,7 @@ class MappedReader(Reader):
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks for the user, one sentence each."""
-        return *self._remarks(), *self._reader.notes
+        return *self._own_notes(), *self._reader.notes
 
     def __exit__(self, *error: object) -> None:
         self._reader.__exit__(*error)
@@ -174,7 +174,7 @@ class MappedReader(Reader):
             raise FileFormatError(f"{self.path}: air_s {first:g} to {last:g} s holds no row of {absent}")
         return dict(zip(names, (total / count).tolist(), strict=True))
 
-    def _remarks(self) -> Iterator[str]:
+    def _own_notes(self) -> Iterator[str]:
         where = f"by {self._map.path.name}" if self._map.path else "by its name"
         read = [
             f"{column.name} is {name}" + (f" in {column.unit}" if column.factor(name) != 1 else "")

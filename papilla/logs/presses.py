@@ -69,7 +69,7 @@ class PressLog:
     modulus_sigma_MPa : (n,) standard deviations of the specimens' moduli, 0 if exact, or None.
     stated_sd : (n,) S_d in microstrain of a log without gauge readings (g = 0), else None.
     t_s : (n,) rising times, or None. loops : of the touches with loading and unloading.
-    notes : remarks for the user, a sentence each. sizes : those on columns that seem to have another unit.
+    notes : for the user, a sentence each. sizes : those on columns that seem to have another unit.
     """
 
     force_N: np.ndarray

@@ -120,19 +120,19 @@ class Sizes:
         self._largest = np.maximum(self._largest, np.abs(finite).max(axis=0, initial=0))
         self._whole &= bool((finite[:, : self._gauges] % 1 == 0).all())
 
-    def remarks(self, called: Mapping[str, str]) -> Iterator[str]:
+    def notes(self, called: Mapping[str, str]) -> Iterator[str]:
         """Columns that seem to have another unit, each with the line of a map that states it; called : the
         log's own names of columns, if they differ."""
         gauges = self._largest[: self._gauges].max(initial=0)
         if 0 < gauges < STRAIN_BELOW:
-            yield _remark(f"no reading is above {gauges:.2g}", "strain, not microstrain", "g1", "strain", called)
+            yield _note(f"no reading is above {gauges:.2g}", "strain, not microstrain", "g1", "strain", called)
         elif self._whole and gauges >= SUSPECTED_COUNTS_FROM:
-            yield _remark(f"readings are whole numbers up to {gauges:.0f}", "counts", "g1", "counts", called)
+            yield _note(f"readings are whole numbers up to {gauges:.0f}", "counts", "g1", "counts", called)
         for name, largest in zip(self._names[self._gauges :], self._largest[self._gauges :], strict=True):
             if name in ("force_N", "tangential_N") and largest > self._force_above:
-                yield _remark(f"{name} comes to {largest:.3g}", "gf", name, "gf", called)
+                yield _note(f"{name} comes to {largest:.3g}", "gf", name, "gf", called)
             if name == "velocity_mm_s" and 0 < largest < SPEED_BELOW_MM_S:
-                yield _remark(f"velocity_mm_s stays below {largest:.2g}", "m/s", name, "m/s", called)
+                yield _note(f"velocity_mm_s stays below {largest:.2g}", "m/s", name, "m/s", called)
 
 
 def of_presses(
@@ -142,17 +142,17 @@ def of_presses(
     indentation_mm: np.ndarray | None,
     called: Mapping[str, str],
 ) -> Iterator[str]:
-    """The same remarks on presses: readings (n, g), and what they were made with (n,)."""
+    """The same notes on presses: readings (n, g), and what they were made with (n,)."""
     sizes = Sizes((*(f"g{number + 1}" for number in range(readings.shape[1])), "force_N"), readings.shape[1])
     sizes.add(np.column_stack([readings, force_N]))
-    yield from sizes.remarks(called)
+    yield from sizes.notes(called)
     if (least := modulus_MPa.min()) > MODULUS_ABOVE_MPA:
-        yield _remark(f"no modulus_MPa is below {least:.3g}", "kPa", "modulus_MPa", "kPa", called)
+        yield _note(f"no modulus_MPa is below {least:.3g}", "kPa", "modulus_MPa", "kPa", called)
     if indentation_mm is not None and (deepest := indentation_mm.max()) > DEPTH_ABOVE_MM:
-        yield _remark(f"indentation_mm comes to {deepest:.3g}", "micrometres", "indentation_mm", "um", called)
+        yield _note(f"indentation_mm comes to {deepest:.3g}", "micrometres", "indentation_mm", "um", called)
 
 
-def _remark(what: str, looks: str, column: str, unit: str, called: Mapping[str, str]) -> str:
+def _note(what: str, looks: str, column: str, unit: str, called: Mapping[str, str]) -> str:
     mend = f'{column} = {{ column = "{called.get(column, column)}", unit = "{unit}" }}'
     return f"{what}: this looks like {looks} (if so: --map with {mend})"
 

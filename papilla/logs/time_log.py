@@ -136,7 +136,7 @@ class _Scan:
         beyond = [f"{self.counts['unbelievable']} cells hold numbers beyond {LARGEST_READING:g}: they count as missing"]
         shared = [f"most rows share their t_s with the row before: they are taken as {1 / step:.4g} Hz, spread evenly"]
         notes = (*shared[: int(bunched)], *beyond[: self.counts["unbelievable"]], *self._reader.notes)
-        sizes = tuple(self.sizes.remarks(self._reader.called))
+        sizes = tuple(self.sizes.notes(self._reader.called))
         return 1 / step, LogReport(gaps=gaps, notes=notes, sizes=sizes, **self.counts)
 
 

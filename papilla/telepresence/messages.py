@@ -20,7 +20,7 @@ class QuantityTrust(Named):
     """How far a quantity of a message may be used.
 
     HELD: the value of an earlier message still holds. DOUBTED: there is a value with the right sigma, but its estimator
-    adds a remark to "ok": not identifiable, some channels left out, slid one way only.
+    adds a note to "ok": not identifiable, some channels left out, slid one way only.
     """
 
     OK = 0

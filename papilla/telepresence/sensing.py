@@ -54,7 +54,7 @@ class Sensing:
     The wavelength of the pipeline is the first line; further lines of its last spectrum over the path follow, up to the
     requested number. Their amplitudes (microstrain) come from a common fit of sines to the last 0.2 s of the gauge with
     the strongest first line. Modulus, area and friction have the status OK if their estimator says "ok", and DOUBTED if
-    it adds a remark.
+    it adds a note.
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ class Claim:
     unit : of published, accepted and measured.
     finding : name of the experiment's value that is compared.
     call : the command or call that gives it.
-    note : remarks; {names} of findings are filled in, and {simulated} by the experiment's.
+    note : notes; {names} of findings are filled in, and {simulated} by the experiment's.
     cannot : reason why it cannot be tested here.
     vary : other plausible values of parameters that the paper does not print, by their names in the experiment's
         `assumed`; a row that is not reproduced is computed with each of them.
@@ -298,7 +298,7 @@ def published(answer: Answer) -> str:
 
 
 def beside(answer: Answer) -> str:
-    """The remark on a row, in a sentence: the value of a fit without this figure, or its variation with other values of
+    """The note on a row, in a sentence: the value of a fit without this figure, or its variation with other values of
     parameters that are not printed; empty if there is none."""
     if answer.left_out is not None:
         return f"left out of the fit: {number(answer.left_out)} {answer.claim.unit}"

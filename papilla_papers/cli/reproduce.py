@@ -73,7 +73,7 @@ def _print(by_experiment: "list[Result]", last: list[str]) -> None:
         if len(answers) <= MOST_NOTES:
             why = f" ({claim.tolerance})" if claim.tolerance else ""
             words += f"\n[dim]accepted: {escape(plain(accepted(answer) + why))}. {escape(plain(answer.note))}\n"
-            words += f"{escape(plain(remark))}\n" if (remark := beside(answer)) else ""
+            words += f"{escape(plain(aside))}\n" if (aside := beside(answer)) else ""
             words += f"{escape(claim.test or claim.call)}[/]"
         figures = (escape(published(answer)), number(answer.measured), escape(claim.unit))
         table.add_row(claim.key, words, *figures, verdict, claim.evidence)

@@ -53,7 +53,7 @@ class PrintedSoftness(Stream):
     """
 
     answer: ClassVar[type] = SoftnessEstimate
-    remark = "by the published form, which does not fit presses of a finger; sigma contains its misfit"
+    note = "by the published form, which does not fit presses of a finger; sigma contains its misfit"
 
     def __init__(
         self,

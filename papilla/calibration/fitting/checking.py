@@ -124,7 +124,7 @@ class Truth(Recovery):
 
 
 def press_truth(finger: Finger, size_mm: float, friction: Friction, progress: Progress) -> tuple[np.ndarray, str]:
-    """Presses at finite strain on a mesh that no calibration uses, and a remark on the stability of the layers'
+    """Presses at finite strain on a mesh that no calibration uses, and a note on the stability of the layers'
     material laws at the strains that they reach.
 
     The presses are (n, 4) friction, force (N), modulus (MPa) and S_d
@@ -136,7 +136,7 @@ def press_truth(finger: Finger, size_mm: float, friction: Friction, progress: Pr
         words = "stuck" if friction == STICK_WORD else f"friction {friction:g}"
         steps = counted(progress, f"against physics, {words}: press")
         presses = list(finite_presses(finger, mesh, CHECKED_FORCES_N, CHECKED_MODULI_MPA, friction, steps))
-        laws = [remark for press in presses for remark in press.status.split("; ") if "law" in remark]
+        laws = [note for press in presses for note in press.status.split("; ") if "law" in note]
         rows = [(friction_coefficient(friction), press.force, press.modulus, press.sd) for press in presses]
         return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst_law(laws))}
 
@@ -145,9 +145,9 @@ def press_truth(finger: Finger, size_mm: float, friction: Friction, progress: Pr
 
 
 def worst_law(laws: Sequence[str]) -> str:
-    """The remark on the layers' material laws that is shown if there are several: the last that says "unstable", or the
+    """The note on the layers' material laws that is shown if there are several: the last that says "unstable", or the
     last of all; "" if there are none."""
-    return next((remark for remark in reversed(laws) if "unstable" in remark), laws[-1] if laws else "")
+    return next((note for note in reversed(laws) if "unstable" in note), laws[-1] if laws else "")
 
 
 def mesh_number(variant: int, progress: Progress) -> Progress:

@@ -111,7 +111,7 @@ def fit(
             physics=sweep.physics,
             lacks=lacks,
         ),
-        notes=(*forward.notes, *_doubts(sweep, surface, usable, lacks)),
+        notes=(*forward.notes, *_notes(sweep, surface, usable, lacks)),
     )
     return with_compact(calibration)
 
@@ -176,7 +176,7 @@ def _refuse_no_spread(force: np.ndarray, modulus: np.ndarray, sd: np.ndarray) ->
         raise InputError(f"S_d is 0 at {where}: a calibration needs at least two gauges whose readings differ")
 
 
-def _doubts(sweep: Sweep, surface: BicubicSurface, usable: np.ndarray, lacks: list[str]) -> list[str]:
+def _notes(sweep: Sweep, surface: BicubicSurface, usable: np.ndarray, lacks: list[str]) -> list[str]:
     """The doubts about a surface, as sentences."""
     notes = []
     missing, coarse = int((~sweep.valid).sum()), int((sweep.valid & ~sweep.resolved).sum())

@@ -112,7 +112,7 @@ class FrictionState:
     samples : (T, N, v) of the block that is being filled; tail : the last ones before it. directions : towards positive
     and negative velocities. top : greatest recent speed, mm/s; noise : standard deviation of the velocity's noise,
     mm/s, from `known` samples. heading : 1, -1, or 0 at rest; last : the last one that was not 0. settling : blocks
-    since the start; slid : mm since the start. standing : whether there was contact before the start. remark : CHANGED,
+    since the start; slid : mm since the start. standing : whether there was contact before the start. note : CHANGED,
     OUTLIER, NO_PULL or OK. answer : for the samples of the next block.
     """
 
@@ -128,7 +128,7 @@ class FrictionState:
     settling: int = 0
     slid: float = 0.0
     standing: bool = False
-    remark: FrictionStatus = FrictionStatus.OK
+    note: FrictionStatus = FrictionStatus.OK
     answer: FrictionEstimate = NOT_SLIDING
 
 
@@ -274,7 +274,7 @@ class Friction(Stream):
         sure = offset.observed or offset.prior.variance_N2 < least**2
         idle = direction.blocks > 0 and sure and pull <= least
         if idle and memory.heading == heading and self._settled():
-            memory.remark = FrictionStatus.NO_PULL
+            memory.note = FrictionStatus.NO_PULL
         return idle
 
     def _forget_start(self) -> None:
@@ -310,12 +310,12 @@ class Friction(Stream):
         gain = 1 - math.exp(-self._block_s / MEMORY_S if self._length is None else -path / self._length)
         learnt = direction.take(block, self._size, offset.all.value_N, gain)
         if learnt is None:
-            memory.remark = FrictionStatus.OUTLIER
+            memory.note = FrictionStatus.OUTLIER
             return []
         if not learnt:
-            memory.remark = FrictionStatus.CHANGED
-        elif memory.remark != FrictionStatus.CHANGED or direction.blocks >= 2 * CHANGE_BLOCKS:
-            memory.remark = FrictionStatus.OK
+            memory.note = FrictionStatus.CHANGED
+        elif memory.note != FrictionStatus.CHANGED or direction.blocks >= 2 * CHANGE_BLOCKS:
+            memory.note = FrictionStatus.OK
         offset.sliding(block, *(way.stroke for way in memory.directions))
         return []
 
@@ -344,8 +344,8 @@ class Friction(Stream):
     def _status(self, mu: float, sigma: float, by_offset: float) -> FrictionStatus:
         if mu < 0:
             return FrictionStatus.NEGATIVE
-        if self._memory.remark:
-            return self._memory.remark
+        if self._memory.note:
+            return self._memory.note
         if not self._memory.offset.observed and by_offset > PRIOR_SURE * mu:
             return FrictionStatus.ONE_WAY
         return FrictionStatus.OK if sigma <= SURE_MU_SIGMA * mu else FrictionStatus.UNSURE

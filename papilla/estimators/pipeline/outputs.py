@@ -111,7 +111,7 @@ class Creep:
 
     The equivalent force is the force that would give the same strain at once; its ratio to the force says how far the
     silicone has crept (`Prony.strained`, here a sample at a time). If this ratio leaves the range of the identifying
-    touches, readings differ from the calibration, and a remark says so.
+    touches, readings differ from the calibration, and a note says so.
 
     Parameters
     ----------
@@ -174,19 +174,19 @@ class ModulusOutput(Output):
             self._creep = Creep(relaxation, calibration.domain["force_N"][0])
         super().__init__(*[estimator for estimator in (by_sd, every, self._creep) if estimator is not None])
         self._sd, self._every, self._names = by_sd, every, names
-        self._in_doubt = bool(calibration.remark)
+        self._in_doubt = bool(calibration.file_note)
 
     @property
     def doubted(self) -> str:
         """A message on the largest contribution to the modulus' standard deviation, in the last touch."""
-        if remark := getattr(self._sd, "remark", ""):
-            return f"modulus: {remark}"
+        if note := getattr(self._sd, "note", ""):
+            return f"modulus: {note}"
         what = (self._every.dominant if self._every else "") or getattr(self._sd, "dominant", "")
         return f"modulus: most of its standard deviation is {what}" if what else ""
 
     def take(self, record):
         """The columns of a sample; last a tuple of the status, whether S_d answered because the gauges contradict each
-        other, the remark on creep, and the faults of all channels."""
+        other, the note on creep, and the faults of all channels."""
         sample, by_sd, unlike = (record.readings, record.force_N, record.found), False, 0
         modulus, sigma, status, bad = *self._sd.feel(*sample), 0
         if self._every is not None:
@@ -260,8 +260,8 @@ class WavelengthOutput(Output):
 
     def sentence(self, status):
         """The status in words."""
-        remark = ", but the phases between the gauges give another wavelength: the velocity may be wrong"
-        return super().sentence(status) + remark * bool(status[1])
+        note = ", but the phases between the gauges give another wavelength: the velocity may be wrong"
+        return super().sentence(status) + note * bool(status[1])
 
     def code(self, status):
         """The status as a short code."""

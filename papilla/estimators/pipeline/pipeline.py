@@ -118,7 +118,7 @@ class Pipeline(Stream):
     doubts : what else of finger, sensors and specimen is not known exactly, see `papilla.estimators.Doubts`.
     friction_memory_mm : slid path that the kinetic coefficient is averaged over; None: 0.1 s of sliding.
     position_sigma_mm : standard deviation about the apex, along the finger, of where it touches; None: at the apex. A
-        calibration that knows nothing of contacts beside the apex takes all to be there, and `messages` says so.
+        calibration that knows nothing of contacts beside the apex takes all to be there, and `notes` says so.
     softness : "gauges", what is best: every gauge against its calibrated surface; "sd", S_d alone; or for comparison
         another method by its name (`papilla.estimators.methods`). Of `papilla_papers` are regressions of S_d: "compact"
         or "quadratic" (the calibration's), "printed" (equation (10)) or "exact" (inverse of (9)).
@@ -214,8 +214,8 @@ class Pipeline(Stream):
         if calibration is None or "force_N" not in self.columns:
             self.off["modulus"] = "no calibration was given" if calibration is None else "no column force_N"
             return
-        if calibration.remark:
-            self._notes.append(f"modulus: the calibration is in doubt: {calibration.remark}")
+        if calibration.file_note:
+            self._notes.append(f"modulus: the calibration is in doubt: {calibration.file_note}")
         if softness not in SURFACES_METHOD:
             plain = {name: value for name, value in noise.items() if name != "doubts"}
             method = sample_method(softness, calibration, **plain)
@@ -309,7 +309,7 @@ class Pipeline(Stream):
         return dict(totals.most_common())
 
     @property
-    def messages(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[str, ...]:
         """Messages on what is switched off and why, and what differs from the behaviour at 1 kHz; one line each."""
         doubted = [output.doubted for output in self._outputs.values() if output.doubted]
         if packet := self._clock.state.stamps[2]:
@@ -362,7 +362,7 @@ class Pipeline(Stream):
         return PipelineEstimate._make((*columns, *self._words(tick.status, faults, self._codes)))
 
     def _said(self, time: int, gauges: tuple[int, ...], codes: tuple) -> tuple[str, ...]:
-        """The code of each of `ESTIMATED_QUANTITIES`, and one sentence with the remarks on time, gauges and
+        """The code of each of `ESTIMATED_QUANTITIES`, and one sentence with the notes on time, gauges and
         estimators."""
         if time == CLOCK_REPEATED:
             left_out = ClockStatus.REPEATED
@@ -374,10 +374,8 @@ class Pipeline(Stream):
         live = [f"time: {ClockStatus(time).sentence}"] if time else []
         live += health.words(gauges, self._names)
         live += [f"{name}: {text}" for name, text in sentences.items() if not text.startswith("ok")]
-        remarks = [
-            f"{name}: {text.removeprefix('ok, ')}" for name, text in sentences.items() if text.startswith("ok, ")
-        ]
-        live = (live or ["ok"]) + remarks if codes or live else ["nothing to estimate"]
+        notes = [f"{name}: {text.removeprefix('ok, ')}" for name, text in sentences.items() if text.startswith("ok, ")]
+        live = (live or ["ok"]) + notes if codes or live else ["nothing to estimate"]
         off = [f"no {output}: {why}" for output, why in self.off.items()]
         return *(self._code(name, statuses) for name in ESTIMATED_QUANTITIES), "; ".join([*live, *off])
 

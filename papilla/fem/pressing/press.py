@@ -192,7 +192,7 @@ def refuse_rim(patch: Patch, active: np.ndarray) -> None:
 
 
 def too_coarse(area: float, edge: float, size: float) -> str | None:
-    """The remark for a contact area (mm2) that is too small for elements of `edge` mm, on a mesh of nominal size `size`
+    """The note for a contact area (mm2) that is too small for elements of `edge` mm, on a mesh of nominal size `size`
     mm."""
     radius = float(np.sqrt(area / np.pi))
     if radius >= RESOLVED_RADIUS * edge:

@@ -321,18 +321,18 @@ class _Run:
     def _status(self, touched: bool, deepest: float) -> str:
         """The status of the whole scene: the causes of doubt, or "ok"."""
         tissue = float(self.body.z.max()) - self.body.bone_top
-        doubts = []
+        notes = []
         if not touched:
             return "no contact: the finger does not reach the texture"
         if self.unresolved:
-            doubts.append(f"{self.unresolved} steps do not fulfil the laws of contact")
+            notes.append(f"{self.unresolved} steps do not fulfil the laws of contact")
         if deepest > SMALL_STRAIN_SHARE * tissue:
-            doubts.append(f"pressed by {deepest / tissue:.0%} of the tissue, where small strain is doubtful")
+            notes.append(f"pressed by {deepest / tissue:.0%} of the tissue, where small strain is doubtful")
         if self.in_groove > DEEP_IN_GROOVE_MM:
-            doubts.append(
+            notes.append(
                 f"skin stands up to {self.in_groove:.2g} mm deep in grooves: the flanks' sideways push is not modelled"
             )
-        return "doubtful: " + "; ".join(doubts) if doubts else "ok"
+        return "doubtful: " + "; ".join(notes) if notes else "ok"
 
 
 def amplify(signal: np.ndarray, substeps: int) -> np.ndarray:
