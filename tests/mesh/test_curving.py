@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.fem.discrete.elements import TaylorHood, interpolation
+from papilla.fem.discrete.elements import TaylorHood
 from papilla.mesh import build
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.finishing import bent_edges
@@ -15,36 +15,17 @@ OCTANT = np.vstack([np.zeros(3), np.eye(3)])
 CELL, FACE = np.array([[0, 1, 2, 3]]), np.array([[1, 2, 3]])
 
 
-@pytest.fixture(scope="module")
-def shipped():
-    return build(Finger.default()).cell()
-
-
-def test_middles_lie_on_the_surfaces_and_in_the_mirror_planes(shipped):
-    level = np.min(
-        [np.abs(surface.level(shipped.middles)) for surface in surfaces_of(Finger.default()).values()], axis=0
-    )
-    assert level.max() < 1e-12 and len(shipped.edges) > 1000
+def test_middles_lie_on_the_surfaces_and_bent_cells_have_the_volume_of_the_body():
+    shipped = build(Finger.default()).cell()
+    surfaces = surfaces_of(Finger.default()).values()
+    assert np.min([np.abs(surface.level(shipped.middles)) for surface in surfaces], axis=0).max() < 1e-12
     straight = shipped.points[shipped.edges].mean(axis=1)
-    assert np.array_equal(straight[:, :2] == 0, shipped.middles[:, :2] == 0)
-    assert 0.01 < np.linalg.norm(straight - shipped.middles, axis=1).max() < 0.5
-
-
-def test_bent_cells_have_the_volume_of_the_body(shipped):
+    assert np.array_equal(straight[:, :2] == 0, shipped.middles[:, :2] == 0), "in the mirror planes"
+    assert 0.01 < np.linalg.norm(straight - shipped.middles, axis=1).max() < 0.5 and len(straight) > 1000
     exact = np.pi / 6 * (24 * 30 * 20 - 10 * 16 * 6)
     bent, straight = (TaylorHood(mesh).displacement.dx.sum() for mesh in (shipped, shipped.straight()))
     assert bent == pytest.approx(exact, rel=2e-5)
     assert abs(straight / exact - 1) > 50 * abs(bent / exact - 1)
-
-
-def test_points_of_an_exact_surface_are_found_in_bent_cells(shipped):
-    """The element's own geometry is its interpolation: where a point is found, its coordinates come out."""
-    random = np.random.default_rng(3)
-    directions = np.abs(random.standard_normal((200, 3)))
-    points = Ellipsoid((21.0, 27.0, 17.0)).project(directions * [21.0, 27.0, 17.0])
-    space = TaylorHood(shipped)
-    found = interpolation(space, points) @ space.displacement.doflocs.T
-    assert found == pytest.approx(points, abs=1e-9)
 
 
 def test_a_cell_that_would_turn_over_keeps_its_straight_edges():
