@@ -31,12 +31,9 @@ def test_every_length_and_modulus_is_positive_and_finite(specimen, value):
             dataclasses.replace(specimen, **{item.name: value})
 
 
-@each
+@pytest.mark.parametrize("specimen", GOOD[:3])
 @pytest.mark.parametrize("nu", [-0.01, 0.51, math.nan, "0.3"])
 def test_poissons_ratio_is_checked(specimen, nu):
-    if isinstance(specimen, Grating):
-        assert not hasattr(specimen, "nu"), "a grating is rigid"
-        return
     assert specimen.nu == 0.495
     assert dataclasses.replace(specimen, nu=0.5).nu == 0.5
     with pytest.raises(InputError, match="specimen nu must "):
@@ -54,7 +51,4 @@ def test_the_section_of_a_grating():
     np.testing.assert_allclose(Grating(1.5, 0.5, 0.3).recess(x), [0, 0, 0.3, 0.3, 0.3, 0])
     np.testing.assert_allclose(Grating(1.5, 0.5, 0.3, flank=0.1).recess(x), [0, 0, 0.15, 0.3, 0.3, 0], atol=1e-12)
     np.testing.assert_allclose(Grating(1.5, 0.5, 0.3, "sine").recess(np.array([0.0, 0.5, 1.0])), [0, 0.15, 0.3])
-
-
-def test_wavelength_of_a_grating_is_groove_and_ridge():
     assert Grating(1.5, 0.9, 0.3).wavelength == pytest.approx(2.4)
