@@ -140,18 +140,6 @@ def test_bonded_layer_pressure_makes_the_sphere_fit(chi, nu):
         assert surface_displacement(contact, x, 1.0, nu) == pytest.approx(expected, abs=1e-6 * contact.indentation)
 
 
-def test_thin_incompressible_layer_tends_to_lubrication():
-    """F -> pi E* a^6/(128 R h^3) and a^2 -> 4 R d, with corrections in h/a that shrink as they should."""
-    force_error, area_error = [], []
-    for chi in (2.5, 5.0, 10.0):
-        contact = layer_contact(chi)
-        force_error.append(contact.force / (math.pi / 0.75 * contact.contact_radius**6 / 128) - 1)
-        area_error.append(4 - contact.contact_radius**2 / chi**2)
-    assert all(2.0 < fine / coarse < 3.2 for coarse, fine in zip(force_error[1:], force_error, strict=False))
-    assert area_error[0] > area_error[1] > area_error[2] > 0
-    assert area_error[1] / area_error[2] > 1.6
-
-
 @pytest.mark.parametrize("nu", (0.0, 0.3, 0.49))
 def test_boussinesq_is_in_equilibrium_and_balances_its_force(nu):
     """Navier's equations by differences, and on the surface the known 1/r."""
@@ -184,9 +172,7 @@ def test_boussinesq_is_in_equilibrium_and_balances_its_force(nu):
         (lambda: ref.LayerKernel(10, 0.5)([0.0, math.inf]), "distance r"),
         (lambda: ref.bonded_layer_sphere(1.0, 25, 0.1, 1.0), "must be at most 10"),
         (lambda: ref.boussinesq_displacement([0.0, 0.0, 0.0], 1, 1, 0.5), "away from the origin"),
-        (lambda: ref.boussinesq_displacement([0.0, 1.0, -1.0], 1, 1, 0.5), "depth z >= 0"),
         (lambda: ref.boussinesq_displacement([0.0, 1.0], 1, 1, 0.5), "shape"),
-        (lambda: ref.uniform_disc_mean_displacement(1, math.nan, 1), "pressure"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(call, message):
