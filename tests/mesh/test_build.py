@@ -6,9 +6,10 @@ import pytest
 from papilla.core.errors import InputError, MeshError
 from papilla.mesh import BONE_LAYER, BOUNDARY_NAMES, INNER_LAYER, OUTER_LAYER, LayeredMesh, build
 from papilla.mesh.cells import components, paired_faces, volumes
+from papilla.mesh.drawing import drawn
 from papilla.mesh.finishing import refuse_unusable
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
-from papilla.model.finger import Dome
+from papilla.model.finger import Dome, Layer, Slab
 
 ELLIPSOIDS = [Ellipsoid(axes) for axes in ((24, 30, 20), (21, 27, 17), (10, 16, 6))]
 CYLINDERS = [EllipticCylinder(axes, 10.0) for axes in ((24, 20), (21, 17), (10, 6))]
@@ -23,9 +24,14 @@ def area_vectors(points, triangles):
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
 
 
-@pytest.fixture(params=["dome", "dome_with_bone", "slab"])
-def named(request):
-    return request.param, request.getfixturevalue(request.param)
+@pytest.fixture(scope="module", params=["dome", "dome_with_bone", "slab"])
+def named(request, finger_of):
+    """A kind of finger and its coarse mesh."""
+    shape = Dome((24.0, 30.0, 20.0), (21.0, 27.0, 17.0), (10.0, 16.0, 6.0))
+    if request.param == "slab":
+        shape = Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0), depth=10.0)
+    bone = Layer(3000.0, 0.35) if request.param == "dome_with_bone" else None
+    return request.param, drawn(finger_of(shape, bone), 2.5)
 
 
 def test_layers_fill_their_volumes_with_sound_cells(named):

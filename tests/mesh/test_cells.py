@@ -20,22 +20,21 @@ def test_the_shared_face_has_two_cells_and_every_face_stands_once():
     assert len(faces) == 7 and np.sum(cells[:, 1] >= 0) == 1
     shared = cells[:, 1] >= 0
     assert set(faces[shared][0].tolist()) == {1, 2, 3} and cells[shared][0].tolist() == [0, 1]
-    for face, owner in zip(faces, cells[:, 0], strict=True):
-        assert tuple(face) in {tuple(tet) for tet in TWO[owner][FACES_OF_TET].tolist()}
+    assert all(
+        face in TWO[owner][FACES_OF_TET].tolist() for face, owner in zip(faces.tolist(), cells[:, 0], strict=True)
+    )
     assert {tuple(sorted(face)) for face in faces.tolist()} == {
         tuple(sorted(face)) for tet in TWO for face in tet[FACES_OF_TET].tolist()
     }
-
-
-def test_cells_without_a_common_face_are_components():
+    # Cells without a common face are components
     apart = np.array([[0, 1, 2, 3], [4, 5, 6, 7], [5, 4, 6, 8]])
     assert components(paired_faces(apart)[1], 3).tolist() == [0, 1, 1]
     assert components(paired_faces(TWO)[1], 2).tolist() == [0, 0]
 
 
-def layered(layer=(OUTER_LAYER, INNER_LAYER)) -> LayeredMesh:
-    boundaries = {"skin": [[0, 2, 1]], "interface": [[1, 2, 3]], "base": [[4, 2, 1]]}
-    return LayeredMesh(PAIR, TWO, np.array(layer), {name: np.array(faces) for name, faces in boundaries.items()}, 1.5)
+def layered() -> LayeredMesh:
+    boundaries = {"skin": np.array([[0, 2, 1]]), "interface": np.array([[1, 2, 3]]), "base": np.array([[4, 2, 1]])}
+    return LayeredMesh(PAIR, TWO, np.array([OUTER_LAYER, INNER_LAYER]), boundaries, 1.5)
 
 
 def test_two_mirrors_make_four_of_each_cell_and_one_of_each_point_on_a_plane():
@@ -43,9 +42,8 @@ def test_two_mirrors_make_four_of_each_cell_and_one_of_each_point_on_a_plane():
     assert len(whole.tets) == 8 and len(whole.points) == 5 + 2 + 3
     assert np.array_equal(whole.points[:5], PAIR) and np.array_equal(whole.tets[:2], TWO)
     assert volumes(whole.points, whole.tets) == pytest.approx([1 / 6, 1 / 3] * 4)
-    assert (
-        whole.layer.tolist() == [OUTER_LAYER, INNER_LAYER] * 4 and whole.mirrors == ("x", "y") and whole.size_mm == 1.5
-    )
+    assert whole.layer.tolist() == [OUTER_LAYER, INNER_LAYER] * 4
+    assert whole.mirrors == ("x", "y") and whole.size_mm == 1.5
     for name in BOUNDARY_NAMES:
         assert len(whole.boundaries[name]) == 4 * len(layered().boundaries[name])
     skin = whole.points[whole.boundaries["skin"]]
@@ -68,10 +66,7 @@ TETS = np.array([[0, 1, 2, 3], [0, 2, 1, 4]])
 
 
 def test_figures_of_two_cells():
-    mesh = LayeredMesh(
-        CORNERS, TETS, [OUTER_LAYER, INNER_LAYER], dict.fromkeys(BOUNDARY_NAMES, np.zeros((0, 3), int)), 1.0
-    )
-    found = quality(mesh)
+    found = quality(replace(layered(), points=CORNERS, tets=TETS))
     assert (found["cells"], found["points"]) == (2, 5)
     assert found["volume_mm3"] == pytest.approx({"outer": 24, "inner": 12})
     assert found["edge_min_mm"] == pytest.approx(3) and found["edge_max_mm"] == pytest.approx(np.hypot(4, 12))

@@ -37,35 +37,28 @@ def octahedron(radius):
     return radius * (tips + [0, 0, 1]), np.array(triangles)
 
 
-def notched():
-    """A prism with a notch from its top to z = 4, across the whole finger."""
-    outline = np.array([(-12, 0), (12, 0), (12, 12), (2, 12), (0, 4), (-2, 12), (-12, 12)], float)
-    ends = [np.column_stack([outline[:, 0], np.full(7, y), outline[:, 1]]) for y in (-12, 12)]
-    cap = np.array([(0, 1, 4), (1, 2, 3), (1, 3, 4), (0, 4, 5), (0, 5, 6)])
-    around = np.arange(7)
-    onward = np.roll(around, -1)
-    wall = np.vstack([np.column_stack([around, around + 7, onward]), np.column_stack([onward, around + 7, onward + 7])])
-    return np.vstack(ends), np.vstack([cap, cap[:, ::-1] + 7, wall])
-
-
 SKIN = box([-12, -12, 0], [12, 12, 12])
 INTERFACE = box([-9, -9, 0], [9, 9, 9])
 BONE_BOX = box([-4, -4, 0], [4, 4, 5])
+
+
+def crossed():
+    """A skin whose top is a valley at z = 4 along a diagonal, and an interface with a ridge at z = 8 across it."""
+    skin, interface = box([-12, -12, 0], [12, 12, 12]), box([-8, -8, 0], [8, 8, 8])
+    skin[0][[4, 7], 2] = 4
+    interface[0][[4, 7], 2] = 2
+    interface[1][2:4] = (4, 5, 6), (5, 7, 6)
+    return skin, interface, BONE_BOX
 
 
 def lifted(part, z):
     return part[0] + [0, 0, z], part[1]
 
 
-@pytest.fixture(scope="module")
-def read_once(tmp_path_factory):
-    """The cache of this module: each surface is read by one child process."""
-    return tmp_path_factory.mktemp("cache")
-
-
 @pytest.fixture(autouse=True)
-def own_cache(read_once, monkeypatch):
-    monkeypatch.setenv("PAPILLA_CACHE", str(read_once))
+def own_cache(tmp_path_factory, monkeypatch):
+    """The cache of this module: each surface is read by one child process."""
+    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path_factory.getbasetemp() / "nested"))
 
 
 @pytest.fixture
@@ -93,7 +86,7 @@ def finger(tmp_path, write_surface, finger_of):
         ((SKIN, INTERFACE, octahedron(3)), "bone", "touches the base .* in a point"),
         ((SKIN, ball((8, 8, 8), (0, 0, 2)), BONE_BOX), "interface", "reaches below the base"),
         ((SKIN, INTERFACE, lifted(BONE_BOX, 30)), "bone", "21 mm away from it"),
-        ((notched(), box([-8, -8, 0], [8, 8, 8]), BONE_BOX), "interface", "they cross near"),
+        (crossed(), "interface", "they cross near"),
         ((ball((12, 12, 12), (0, 0, 12)), lifted(INTERFACE, 6), BONE_BOX), "skin", "no flat base"),
     ],
 )

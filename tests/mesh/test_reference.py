@@ -74,24 +74,22 @@ def test_a_moved_mesh_is_sound_and_lies_on_its_surfaces(name):
     assert volumes(cell.points, cell.tets).sum() == pytest.approx(volume, rel=0.01)
 
 
-def test_the_map_takes_each_surface_to_its_own_and_is_smooth_between():
-    """Along a ray the image moves outwards without a jump, in the direction of the ray's own, and planes stay."""
+def test_the_map_takes_each_surface_to_its_own_and_moves_outwards_between():
     origin, target = (body_of(shaped(shape)) for shape in (Finger.default().shape, SHAPES["high bone"]))
-    rng = np.random.default_rng(3)
-    rays = np.abs(rng.normal(size=(200, 3)))
+    rays = np.abs(np.random.default_rng(3).normal(size=(200, 3)))
     rays[:50, 0] = rays[50:80, 1] = 0
     skin = origin.surfaces["skin"].project(rays)
-    steps = np.linspace(0.05, 1, 200)
-    images = np.array([morphed(step * skin, origin, target) for step in steps])
+    images = np.array([morphed(step * skin, origin, target) for step in np.linspace(0.05, 1, 200)])
     assert np.all((images == 0) == (skin == 0)), "mirror planes"
-    for name in origin.surfaces:
-        on = origin.surfaces[name].project(rays)
-        image = morphed(on, origin, target)
+    for name, surface in origin.surfaces.items():
+        image = morphed(surface.project(rays), origin, target)
         assert np.abs(target.surfaces[name].level(image)).max() < 1e-12
-    jumps = np.linalg.norm(np.diff(images, axis=0), axis=2)
-    assert jumps.max() < 4 * np.median(jumps)
-    level = np.array([np.linalg.norm(image / target.surfaces["skin"].semi_axes, axis=1) for image in images])
+    level = np.linalg.norm(images / target.surfaces["skin"].semi_axes, axis=2)
     assert np.all(np.diff(level, axis=0) > 0)
+
+
+def as_set(faces):
+    return {tuple(face) for face in np.sort(faces, axis=1).tolist()}
 
 
 def test_halving_leaves_no_hanging_vertex_and_keeps_volume_layer_and_faces():
@@ -102,13 +100,10 @@ def test_halving_leaves_no_hanging_vertex_and_keeps_volume_layer_and_faces():
         finer = bisected(cells, rng.random(len(cells.tets)) < share)
         assert len(finer.tets) > len(cells.tets) and volumes(finer.points, finer.tets).min() > 0
         faces, owners = paired_faces(finer.tets)
-        rim = {tuple(face) for face in np.sort(faces[owners[:, 1] < 0], axis=1).tolist()}
         named = [*finer.on_plane, finer.on_surface["skin"], finer.on_surface["bone"]]
-        assert rim == {tuple(face) for face in np.sort(np.vstack(named), axis=1).tolist()}
-        between = finer.layer[owners[:, 0]] != np.where(owners[:, 1] < 0, 9, finer.layer[owners[:, 1]])
-        inside = between & (owners[:, 1] >= 0)
-        shared = {tuple(face) for face in np.sort(faces[inside], axis=1).tolist()}
-        assert shared == {tuple(face) for face in np.sort(finer.on_surface["interface"], axis=1).tolist()}
+        assert as_set(faces[owners[:, 1] < 0]) == as_set(np.vstack(named))
+        between = (owners[:, 1] >= 0) & (finer.layer[owners[:, 0]] != finer.layer[owners[:, 1]])
+        assert as_set(faces[between]) == as_set(finer.on_surface["interface"])
         for layer in (0, 1):
             before, after = (volumes(c.points, c.tets)[c.layer == layer].sum() for c in (cells, finer))
             assert after == pytest.approx(before, rel=1e-12)

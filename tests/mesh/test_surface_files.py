@@ -10,6 +10,7 @@ from papilla.core.errors import FileFormatError
 from papilla.mesh import INNER_LAYER, OUTER_LAYER, build
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.cells import volumes
+from papilla.mesh.drawing import merge, quarter_ellipsoid
 from papilla.mesh.surface_files import read_closed, read_nested
 from papilla.mesh.surfaces import Ellipsoid
 from papilla.model.finger import DEFAULT_FINGER, Finger, Layer
@@ -17,8 +18,16 @@ from papilla.model.finger import DEFAULT_FINGER, Finger, Layer
 AXES = {"outer": (24.0, 30.0, 20.0), "interface": (21.0, 27.0, 17.0), "bone": (10.0, 16.0, 6.0)}
 
 
+def half_ellipsoid(axes, divisions):
+    """Vertices and triangles of a closed half ellipsoid with the given semi-axes."""
+    vertices, triangles = quarter_ellipsoid(Ellipsoid(axes), divisions)
+    corners = np.abs(vertices[triangles])
+    outside = triangles[~np.any(np.all(corners[:, :, :2] < 1e-9, axis=1), axis=1)]
+    return merge([(vertices * [sx, sy, 1], outside) for sx in (1, -1) for sy in (1, -1)])
+
+
 @pytest.fixture
-def files(tmp_path, half_ellipsoid, write_surface):
+def files(tmp_path, write_surface):
     """Names of the three surface files of the default dome."""
 
     def make(suffix=".stl", divisions=14):
@@ -55,7 +64,7 @@ def test_surface_answers_like_the_ellipsoid_it_copies(files):
         assert np.einsum("ki,ki->k", surface.normal(up), exact.normal(up)).min() > np.cos(np.radians(4))
 
 
-def test_inside_out_triangles_are_turned(tmp_path, half_ellipsoid, write_surface):
+def test_inside_out_triangles_are_turned(tmp_path, write_surface):
     vertices, triangles = half_ellipsoid(AXES["outer"], 8)
     mixed = np.where(np.arange(len(triangles))[:, None] % 3 == 0, triangles[:, ::-1], triangles)
     again = read_closed(write_surface(tmp_path / "mixed.ply", vertices, mixed))
@@ -82,7 +91,7 @@ def test_garbage_and_a_truncated_file_are_one_line(files, suffix, content, capfd
 
 
 @pytest.mark.slow
-def test_the_example_that_ships_is_meshed_once_its_files_lie_beside_it(tmp_path, half_ellipsoid, write_surface):
+def test_the_example_that_ships_is_meshed_once_its_files_lie_beside_it(tmp_path, write_surface):
     text = DEFAULT_FINGER.with_name("surfaces_finger.toml").read_text(encoding="utf-8")
     bone = "[bone]\nmodulus_MPa = 3000.0\nnu = 0.35"
     (tmp_path / "whole.toml").write_text(text.replace("# " + bone.replace("\n", "\n# "), bone), encoding="utf-8")
@@ -134,5 +143,5 @@ def twice(vertices, triangles):
         (twice, "more than one piece"),
     ],
 )
-def test_a_surface_that_bounds_no_body_is_one_line(tmp_path, half_ellipsoid, write_surface, spoilt, message):
+def test_a_surface_that_bounds_no_body_is_one_line(tmp_path, write_surface, spoilt, message):
     refused(write_surface(tmp_path / "spoilt.stl", *spoilt(*half_ellipsoid(AXES["outer"], 8))), message)
