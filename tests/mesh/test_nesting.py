@@ -30,13 +30,6 @@ def ball(axes, centre):
     return np.asarray(sphere.points, float) * axes + centre, sphere.regular_faces
 
 
-def octahedron(radius):
-    """An octahedron that stands on a tip."""
-    tips = np.vstack([np.eye(3), -np.eye(3)])
-    triangles = [(0, 1, 2), (1, 3, 2), (3, 4, 2), (4, 0, 2), (1, 0, 5), (3, 1, 5), (4, 3, 5), (0, 4, 5)]
-    return radius * (tips + [0, 0, 1]), np.array(triangles)
-
-
 SKIN = box([-12, -12, 0], [12, 12, 12])
 INTERFACE = box([-9, -9, 0], [9, 9, 9])
 BONE_BOX = box([-4, -4, 0], [4, 4, 5])
@@ -83,7 +76,7 @@ def finger(tmp_path, write_surface, finger_of):
         ((SKIN, INTERFACE, box([-9, -4, 2], [4, 4, 6])), "bone", "0 mm are left at"),
         ((SKIN, INTERFACE, box([-4, -4, 2], [4, 4, 10])), "bone", "reaches out by 1 mm"),
         ((SKIN, lifted(INTERFACE, 1), BONE_BOX), "bone", "its base reaches beyond"),
-        ((SKIN, INTERFACE, octahedron(3)), "bone", "touches the base .* in a point"),
+        ((SKIN, INTERFACE, ball((3, 3, 3), (0, 0, 3))), "bone", "touches the base .* in a point"),
         ((SKIN, ball((8, 8, 8), (0, 0, 2)), BONE_BOX), "interface", "reaches below the base"),
         ((SKIN, INTERFACE, lifted(BONE_BOX, 30)), "bone", "21 mm away from it"),
         (crossed(), "interface", "they cross near"),

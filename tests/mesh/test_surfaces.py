@@ -1,13 +1,20 @@
-"""Exact geometry of the surfaces: level, projection, height, normal, and the soup made of them."""
+"""Exact geometry of the surfaces: level, projection, height, normal, and the sites of gauges on them."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import ellipeinc
 
-from papilla.mesh.drawing import quarter_cylinder, quarter_ellipsoid
+from papilla.core.errors import InputError
+from papilla.mesh.body import gauge_site, surfaces_of
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
+from papilla.model.finger import Dome, Finger, Gauge, Slab
 
 DOME = Ellipsoid((24.0, 30.0, 20.0))
 SLAB = EllipticCylinder((24.0, 20.0), 10.0)
+DOME_SHAPE = Dome((24.0, 22.0, 20.0), (21.0, 19.0, 17.0), (10.0, 9.0, 6.0))
+SLAB_SHAPE = Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0), depth=30.0)
 
 
 @pytest.mark.parametrize("surface", [DOME, SLAB])
@@ -41,19 +48,29 @@ def test_height_is_on_the_surface_and_nan_outside(surface):
     assert np.abs(surface.level(np.column_stack([xy, z])[inside])).max() < 1e-12
 
 
-@pytest.mark.parametrize(
-    ("make", "surface", "volume"),
-    [(quarter_ellipsoid, DOME, np.pi / 6 * 24 * 30 * 20), (quarter_cylinder, SLAB, np.pi / 4 * 24 * 20 * 5)],
-)
-def test_quarters_are_closed_and_fill_their_volume(make, surface, volume):
-    errors = []
-    for divisions in (8, 16):
-        vertices, triangles = make(surface, divisions)
-        edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-        assert np.all(np.unique(edges, axis=0, return_counts=True)[1] == 2)
-        assert vertices.min() == 0
-        # The body is convex, so cones from its middle add up whatever way their triangles turn
-        cones = np.linalg.det(vertices[triangles] - vertices.mean(axis=0))
-        errors.append(1 - np.abs(cones).sum() / 6 / volume)
-    assert 0 < errors[1] < 0.01
-    assert 3 < errors[0] / errors[1] < 5
+def site(shape, **options):
+    gauge = Gauge("g1", **options)
+    finger = replace(Finger.default(), shape=shape, gauges=(gauge,))
+    return gauge_site(finger, gauge, surfaces_of(finger)["interface"])
+
+
+@pytest.mark.parametrize("shape, width", [(DOME_SHAPE, 21.0 * np.sqrt(1 - (4 / 19) ** 2)), (SLAB_SHAPE, 21.0)])
+def test_an_angle_is_the_parameter_of_the_section_at_the_gauges_y(shape, width):
+    found = site(shape, angle_deg=25.0, y_mm=4.0)
+    x = width * np.sin(np.radians(25.0))
+    y_share = (4 / 19) ** 2 if shape is DOME_SHAPE else 0.0
+    assert found == pytest.approx([x, 4.0, 17.0 * np.sqrt(1 - (x / 21.0) ** 2 - y_share)])
+
+
+@pytest.mark.parametrize("axis, half, moved", [(0, 21.0, 7.0), (0, 21.0, -3.1), (1, 19.0, 6.0), (1, 19.0, 0.1)])
+def test_a_moved_gauge_lies_an_arc_of_the_ellipse_further(axis, half, moved):
+    found = site(DOME_SHAPE, x_mm=0.0, moved_mm=(moved, 0.0) if axis == 0 else (0.0, moved))
+    parameter = np.arcsin(found[axis] / half)
+    # The arc of an ellipse from its top, x = half sin p, z = 17 cos p
+    assert half * ellipeinc(parameter, 1 - (17.0 / half) ** 2) == pytest.approx(moved, rel=2e-4)
+    assert found[1 - axis] == 0.0 and found[2] == pytest.approx(17.0 * np.cos(parameter))
+
+
+def test_a_gauge_that_was_moved_off_the_interface_is_refused():
+    with pytest.raises(InputError, match=r"gauge g1 was moved off the interface: moved_mm \[60"):
+        site(DOME_SHAPE, x_mm=0.0, moved_mm=(60.0, 0.0))
