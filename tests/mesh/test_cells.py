@@ -50,8 +50,7 @@ def test_two_mirrors_make_four_of_each_cell_and_one_of_each_point_on_a_plane():
     normals = np.cross(skin[:, 1] - skin[:, 0], skin[:, 2] - skin[:, 0])
     assert np.all(normals[:, 2] < 0), "they still point out"
     assert np.array_equal(whole.cell().points, PAIR) and np.array_equal(whole.cell().tets, TWO)
-    again = unpack(pack(whole))
-    assert again.sha256 == whole.sha256 and again.mirrors == whole.mirrors
+    assert unpack(pack(whole)).sha256 == whole.sha256
 
 
 def test_each_part_of_a_mesh_counts_in_its_hash():
@@ -82,8 +81,5 @@ def test_figures_of_two_cells():
     assert found["dihedral_max_deg"] == pytest.approx(90)
     expected = np.sort(np.append(angles, [90] * 6).reshape(-1))
     assert np.sort(dihedral_angles(CORNERS, TETS).ravel()) == pytest.approx(expected)
-
-
-def test_an_inverted_cell_has_a_negative_ratio():
     assert volumes(CORNERS, TETS[:, [1, 0, 2, 3]]) == pytest.approx([-24, -12])
     assert mean_ratio(CORNERS, TETS[:, [1, 0, 2, 3]]) == pytest.approx(-mean_ratio(CORNERS, TETS))

@@ -109,6 +109,8 @@ def test_surface_files_are_found_beside_the_design_file(load, tmp_path):
     [
         ("modulus_MPa = 0.136", "modulus_MPa = 0.137", False),
         ("\nnu = 0.4999", "\nnu = 0.5", False),
+        ('name = "g1"', 'name = "first"', False),
+        ("patch_radius_mm = 15.0", "patch_radius_mm = 14.0", True),
         ("angle_deg = -40.0", "angle_deg = -41.0", True),
         ("angle_deg = -40.0", "angle_deg = -40.0\nlever_mm = 1", False),
         ("height_mm = 0.3", "height_mm = 0.4", False),
@@ -197,6 +199,11 @@ def refusal(load, text: str) -> str:
     [
         ("modulus_MPa = 0.136", "modulus_MPa = -0.136", "outer.*modulus.* must be greater than 0, got -0.136"),
         ("modulus_MPa = 0.136", "modulus_MPa = nan", "outer.modulus_MPa.*finite.*nan"),
+        ("modulus_MPa = 0.136", 'modulus_MPa = "hard"', "outer.modulus_MPa.*number.*'hard'"),
+        ("patch_radius_mm = 15.0", "patch_radius_mm = 0", r"patch_radius \(mm\) must be greater than 0"),
+        ("27.0, 17.0]", "27.0, 20.0]", "interface semi-axis z 20 mm must be"),
+        ("angle_deg = -40.0", "angle_deg = -40.0\nlength_mm = 0", "gauge g1 length_mm must be greater than 0, got 0"),
+        ('name = "human-finger-mimetic sensor"', 'name = ""', "name.*at least 1 character"),
         ("modulus_MPa = 0.136\n", "", "outer: key modulus_MPa is missing"),
         ("\nnu = 0.4999", "\nnu = 0.51", "outer.*nu must lie between 0 and 0.5, got 0.51"),
         ("\nnu = 0.4999", "\npoisson = 0.5", "unknown key outer.poisson"),
