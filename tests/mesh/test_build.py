@@ -34,7 +34,7 @@ def named(request, finger_of):
     return request.param, drawn(finger_of(shape, bone), 2.5)
 
 
-def test_layers_fill_their_volumes_with_sound_cells(named):
+def test_dome_layer_volumes(named):
     name, mesh = named
     # Measured at this size: -0.3 % and -0.6 %, because chords cut ellipsoids
     outer, interface, bone = (

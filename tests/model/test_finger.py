@@ -201,9 +201,7 @@ def refusal(load, text: str) -> str:
         ("modulus_MPa = 0.136", "modulus_MPa = nan", "outer.modulus_MPa.*finite.*nan"),
         ("modulus_MPa = 0.136", 'modulus_MPa = "hard"', "outer.modulus_MPa.*number.*'hard'"),
         ("patch_radius_mm = 15.0", "patch_radius_mm = 0", r"patch_radius \(mm\) must be greater than 0"),
-        ("27.0, 17.0]", "27.0, 20.0]", "interface semi-axis z 20 mm must be"),
         ("angle_deg = -40.0", "angle_deg = -40.0\nlength_mm = 0", "gauge g1 length_mm must be greater than 0, got 0"),
-        ('name = "human-finger-mimetic sensor"', 'name = ""', "name.*at least 1 character"),
         ("modulus_MPa = 0.136\n", "", "outer: key modulus_MPa is missing"),
         ("\nnu = 0.4999", "\nnu = 0.51", "outer.*nu must lie between 0 and 0.5, got 0.51"),
         ("\nnu = 0.4999", "\npoisson = 0.5", "unknown key outer.poisson"),
@@ -295,10 +293,6 @@ def test_fingers_that_ship_have_names():
     assert published.strain_sha256 != Finger.default().strain_sha256, "its grids are shorter"
     assert published.bench == Bench(10.0, "stick", 0.1632)
     assert {gauge.lever_mm for gauge in published.gauges} == {-1.172}
-    one = Finger.load("one-gauge")
-    assert isinstance(one.shape, Slab) and one.shape.depth == 10.0 and one.ridges.width == 0.6
-    assert [gauge.angle_deg for gauge in one.gauges] == [0.0]
-    assert (one.outer, one.inner) == (Finger.default().outer, Finger.default().inner)
 
 
 def test_the_bench_is_no_part_of_the_finger(load):

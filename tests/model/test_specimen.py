@@ -51,4 +51,7 @@ def test_the_section_of_a_grating():
     np.testing.assert_allclose(Grating(1.5, 0.5, 0.3).recess(x), [0, 0, 0.3, 0.3, 0.3, 0])
     np.testing.assert_allclose(Grating(1.5, 0.5, 0.3, flank=0.1).recess(x), [0, 0, 0.15, 0.3, 0.3, 0], atol=1e-12)
     np.testing.assert_allclose(Grating(1.5, 0.5, 0.3, "sine").recess(np.array([0.0, 0.5, 1.0])), [0, 0.15, 0.3])
+
+
+def test_wavelength_of_a_grating_is_groove_and_ridge():
     assert Grating(1.5, 0.9, 0.3).wavelength == pytest.approx(2.4)
