@@ -1,4 +1,4 @@
-"""Coarse meshes, made once, and a cache of each test's own."""
+"""A cache of each test's own, and what stands in for the mesher."""
 
 import subprocess
 
@@ -6,17 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import MeshError
-from papilla.mesh.drawing import drawn
-from papilla.model.finger import Dome, Finger, Gauge, Layer, Slab
-
-COARSE_MM = 2.5
-
-
-AT_APEX = (Gauge("g1", x_mm=0.0),)
-
-
-def a_finger(shape, bone=None, gauges=AT_APEX) -> Finger:
-    return Finger("test", shape, Layer(0.136), Layer(0.034), gauges, bone=bone)
+from papilla.model.finger import Finger, Gauge, Layer
 
 
 @pytest.fixture(autouse=True)
@@ -58,46 +48,10 @@ def free(monkeypatch):
 
 @pytest.fixture(scope="session")
 def finger_of():
-    """Makes a finger of a shape; `bone` and `gauges` may be given."""
-    return a_finger
+    """Makes a finger of a shape, with a gauge at its apex; `bone` may be given."""
 
-
-@pytest.fixture(scope="session")
-def dome_shape() -> Dome:
-    return Dome((24.0, 30.0, 20.0), (21.0, 27.0, 17.0), (10.0, 16.0, 6.0))
-
-
-@pytest.fixture(scope="session")
-def slab_shape() -> Slab:
-    return Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0), depth=10.0)
-
-
-@pytest.fixture(scope="session")
-def dome(dome_shape):
-    return drawn(a_finger(dome_shape), COARSE_MM)
-
-
-@pytest.fixture(scope="session")
-def dome_with_bone(dome_shape):
-    return drawn(a_finger(dome_shape, bone=Layer(3000.0, 0.35)), COARSE_MM)
-
-
-@pytest.fixture(scope="session")
-def slab(slab_shape):
-    return drawn(a_finger(slab_shape), COARSE_MM)
-
-
-@pytest.fixture(scope="session")
-def half_ellipsoid():
-    """Vertices and triangles of a closed half ellipsoid with the given semi-axes."""
-    from papilla.mesh.drawing import merge, quarter_ellipsoid
-    from papilla.mesh.surfaces import Ellipsoid
-
-    def make(axes, divisions):
-        vertices, triangles = quarter_ellipsoid(Ellipsoid(axes), divisions)
-        corners = np.abs(vertices[triangles])
-        outside = triangles[~(np.all(corners[:, :, 0] < 1e-9, axis=1) | np.all(corners[:, :, 1] < 1e-9, axis=1))]
-        return merge([(vertices * [sx, sy, 1], outside) for sx in (1, -1) for sy in (1, -1)])
+    def make(shape, bone=None) -> Finger:
+        return Finger("test", shape, Layer(0.136), Layer(0.034), (Gauge("g1", x_mm=0.0),), bone=bone)
 
     return make
 

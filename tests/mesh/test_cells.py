@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.mesh import BOUNDARY_NAMES, INNER_LAYER, OUTER_LAYER, LayeredMesh
-from papilla.mesh.cells import FACES_OF_TET, components, paired_faces, volumes
+from papilla.mesh.cells import FACES_OF_TET, components, dihedral_angles, mean_ratio, paired_faces, quality, volumes
 from papilla.mesh.layered import mirrored, pack, unpack
 
 CORNER = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
@@ -20,22 +20,21 @@ def test_the_shared_face_has_two_cells_and_every_face_stands_once():
     assert len(faces) == 7 and np.sum(cells[:, 1] >= 0) == 1
     shared = cells[:, 1] >= 0
     assert set(faces[shared][0].tolist()) == {1, 2, 3} and cells[shared][0].tolist() == [0, 1]
-    for face, owner in zip(faces, cells[:, 0], strict=True):
-        assert tuple(face) in {tuple(tet) for tet in TWO[owner][FACES_OF_TET].tolist()}
+    assert all(
+        face in TWO[owner][FACES_OF_TET].tolist() for face, owner in zip(faces.tolist(), cells[:, 0], strict=True)
+    )
     assert {tuple(sorted(face)) for face in faces.tolist()} == {
         tuple(sorted(face)) for tet in TWO for face in tet[FACES_OF_TET].tolist()
     }
-
-
-def test_cells_without_a_common_face_are_components():
+    # Cells without a common face are components
     apart = np.array([[0, 1, 2, 3], [4, 5, 6, 7], [5, 4, 6, 8]])
     assert components(paired_faces(apart)[1], 3).tolist() == [0, 1, 1]
     assert components(paired_faces(TWO)[1], 2).tolist() == [0, 0]
 
 
-def layered(layer=(OUTER_LAYER, INNER_LAYER)) -> LayeredMesh:
-    boundaries = {"skin": [[0, 2, 1]], "interface": [[1, 2, 3]], "base": [[4, 2, 1]]}
-    return LayeredMesh(PAIR, TWO, np.array(layer), {name: np.array(faces) for name, faces in boundaries.items()}, 1.5)
+def layered() -> LayeredMesh:
+    boundaries = {"skin": np.array([[0, 2, 1]]), "interface": np.array([[1, 2, 3]]), "base": np.array([[4, 2, 1]])}
+    return LayeredMesh(PAIR, TWO, np.array([OUTER_LAYER, INNER_LAYER]), boundaries, 1.5)
 
 
 def test_two_mirrors_make_four_of_each_cell_and_one_of_each_point_on_a_plane():
@@ -43,26 +42,44 @@ def test_two_mirrors_make_four_of_each_cell_and_one_of_each_point_on_a_plane():
     assert len(whole.tets) == 8 and len(whole.points) == 5 + 2 + 3
     assert np.array_equal(whole.points[:5], PAIR) and np.array_equal(whole.tets[:2], TWO)
     assert volumes(whole.points, whole.tets) == pytest.approx([1 / 6, 1 / 3] * 4)
-    assert (
-        whole.layer.tolist() == [OUTER_LAYER, INNER_LAYER] * 4 and whole.mirrors == ("x", "y") and whole.size_mm == 1.5
-    )
+    assert whole.layer.tolist() == [OUTER_LAYER, INNER_LAYER] * 4
+    assert whole.mirrors == ("x", "y") and whole.size_mm == 1.5
     for name in BOUNDARY_NAMES:
         assert len(whole.boundaries[name]) == 4 * len(layered().boundaries[name])
     skin = whole.points[whole.boundaries["skin"]]
     normals = np.cross(skin[:, 1] - skin[:, 0], skin[:, 2] - skin[:, 0])
     assert np.all(normals[:, 2] < 0), "they still point out"
     assert np.array_equal(whole.cell().points, PAIR) and np.array_equal(whole.cell().tets, TWO)
-    again = unpack(pack(whole))
-    assert again.sha256 == whole.sha256 and again.mirrors == whole.mirrors
+    assert unpack(pack(whole)).sha256 == whole.sha256
 
 
 def test_each_part_of_a_mesh_counts_in_its_hash():
     mesh = replace(layered(), edges=np.array([[0, 1]]), middles=np.array([[0.5, 0.1, 0.0]]))
-    arrays = pack(mesh)
-    hashes = {mesh.sha256}
-    for name, array in arrays.items():
-        changed = arrays | {name: np.array("xy") if name == "mirrors" else array + (1 if name != "layer" else 0)}
-        if name == "layer":
-            changed = arrays | {"layer": array[::-1]}
-        hashes.add(unpack(changed).sha256)
-    assert len(hashes) == 1 + len(arrays)
+    arrays, odd = pack(mesh), {"mirrors": np.array("xy"), "layer": mesh.layer[::-1]}
+    hashes = {unpack(arrays | {name: odd[name] if name in odd else arrays[name] + 1}).sha256 for name in arrays}
+    assert len(hashes - {mesh.sha256}) == len(arrays)
+
+
+CORNERS = np.array([[0, 0, 0], [3, 0, 0], [0, 4, 0], [0, 0, 12], [0, 0, -6]], float) + [100.0, 50.0, -20.0]
+TETS = np.array([[0, 1, 2, 3], [0, 2, 1, 4]])
+
+
+def test_figures_of_two_cells():
+    found = quality(replace(layered(), points=CORNERS, tets=TETS))
+    assert (found["cells"], found["points"]) == (2, 5)
+    assert found["volume_mm3"] == pytest.approx({"outer": 24, "inner": 12})
+    assert found["edge_min_mm"] == pytest.approx(3) and found["edge_max_mm"] == pytest.approx(np.hypot(4, 12))
+    # Squared edges: 9 + 16 + 25 below, then those to the tip
+    ratios = [12 * (3 * v) ** (2 / 3) / squares for v, squares in ((24, 50 + 144 + 153 + 160), (12, 50 + 36 + 45 + 52))]
+    assert mean_ratio(CORNERS, TETS) == pytest.approx(ratios)
+    assert found["mean_ratio_min"] == pytest.approx(min(ratios))
+    assert found["mean_ratio_mean"] == pytest.approx(np.mean(ratios))
+    # Three right angles each; the others by the sloping face's normal (1/3, 1/4, 1/h)
+    sloping = [np.array([1 / 3, 1 / 4, 1 / h]) for h in (12, 6)]
+    angles = np.concatenate([np.degrees(np.arccos(n / np.linalg.norm(n))) for n in sloping])
+    assert found["dihedral_min_deg"] == pytest.approx(angles.min())
+    assert found["dihedral_max_deg"] == pytest.approx(90)
+    expected = np.sort(np.append(angles, [90] * 6).reshape(-1))
+    assert np.sort(dihedral_angles(CORNERS, TETS).ravel()) == pytest.approx(expected)
+    assert volumes(CORNERS, TETS[:, [1, 0, 2, 3]]) == pytest.approx([-24, -12])
+    assert mean_ratio(CORNERS, TETS[:, [1, 0, 2, 3]]) == pytest.approx(-mean_ratio(CORNERS, TETS))

@@ -15,7 +15,6 @@ from papilla.mesh import child
 from papilla.mesh.child import tetrahedralise
 
 SOUP = {"vertices": np.zeros((4, 3))}
-CRASH = "import sys\nprint('first')\nsys.exit('out of luck at triangle 7')\n"
 
 
 @pytest.fixture
@@ -34,59 +33,55 @@ def hanging(tmp_path):
 
 
 def line_of(pipe) -> str:
-    """The line that the hanging worker writes, waited for."""
     select.select([pipe], [], [])
     os.set_blocking(pipe, True)
     return os.read(pipe, 4096).decode()
 
 
 def wait_for_end(pipe) -> None:
-    """Returns when every process that holds the other end of the pipe has ended."""
     os.set_blocking(pipe, True)
     while os.read(pipe, 4096):
         pass
 
 
-def test_crash_names_the_cause(worker):
-    worker(CRASH)
-    with pytest.raises(MeshError, match=r"mesher failed \(exit code 1\): first / out of luck at triangle 7") as caught:
+@pytest.mark.parametrize(
+    ("end", "message"),
+    [
+        (
+            "print('first')\nsys.exit('out of luck at triangle 7')",
+            r"\(exit code 1\): first / out of luck at triangle 7",
+        ),
+        ("os.kill(os.getpid(), signal.SIGKILL)", "signal 9"),
+    ],
+)
+def test_a_crash_names_the_cause_and_leaves_nothing_behind(worker, tmp_path, end, message):
+    told = tmp_path / "folder.txt"
+    stray = f"open('__tracked_surface.stl', 'w').close()\nopen({str(told)!r}, 'w').write(os.getcwd())\n"
+    worker(f"import os, signal, sys\n{stray}{end}\n")
+    before = set(os.listdir())
+    with pytest.raises(MeshError, match=f"mesher failed .*{message}") as caught:
         tetrahedralise(SOUP)
     assert "\n" not in str(caught.value)
+    assert not Path(told.read_text()).exists() and set(os.listdir()) == before
 
 
-def test_death_by_signal_is_named(worker):
-    worker("import os, signal\nos.kill(os.getpid(), signal.SIGKILL)\n")
-    with pytest.raises(MeshError, match="signal 9"):
-        tetrahedralise(SOUP)
+POINTS, TETS = "points=np.ones((4, 3))", "tets=np.zeros((2, 4), int)"
 
 
-def test_input_and_output_are_arrays_in_its_folder(worker):
-    worker(
-        "import sys, numpy as np\nassert sys.argv[1] == 'tetrahedralise'\n"
-        "points = np.load('input.npz')['vertices'] + 1\n"
-        "np.savez('output.npz', points=points, tets=np.ones((2, 4), int))\n"
-    )
-    points, tets = tetrahedralise(SOUP)
-    assert np.array_equal(points, np.ones((4, 3))) and np.array_equal(tets, np.ones((2, 4)))
-
-
-MADE = {
-    "no tets": ("points=np.ones((4, 3))", "tets of shape"),
-    "no points": ("tets=np.zeros((2, 4), int)", "points of shape"),
-    "points in a plane": ("points=np.ones((4, 2)), tets=np.zeros((2, 4), int)", r"points of shape \(4, 2\)"),
-    "points that are text": ("points=np.full((4, 3), 'x'), tets=np.zeros((2, 4), int)", "points of shape"),
-    "points that are whole": ("points=np.ones((4, 3), int), tets=np.zeros((2, 4), int)", "points of shape"),
-    "a point that is not finite": ("points=np.full((4, 3), np.nan), tets=np.zeros((2, 4), int)", "not finite"),
-    "triangles": ("points=np.ones((4, 3)), tets=np.zeros((2, 3), int)", r"tets of shape \(2, 3\)"),
-    "corners between points": ("points=np.ones((4, 3)), tets=np.zeros((2, 4))", "not whole numbers"),
-    "a corner too many": ("points=np.ones((4, 3)), tets=np.full((2, 4), 4)", "corner that is not among its 4 points"),
-    "a negative corner": ("points=np.ones((4, 3)), tets=np.full((2, 4), -1)", "corner that is not among its 4 points"),
-    "a huge corner": ("points=np.ones((4, 3)), tets=np.full((2, 4), 2**63, np.uint64)", "corner that is not among"),
-    "none at all": ("points=np.ones((4, 3)), tets=np.zeros((0, 4), int)", "no tetrahedra"),
-}
-
-
-@pytest.mark.parametrize(("arrays", "message"), MADE.values(), ids=MADE)
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        (POINTS, "tets of shape"),
+        (TETS, "points of shape"),
+        (f"points=np.ones((4, 2)), {TETS}", r"points of shape \(4, 2\)"),
+        (f"points=np.full((4, 3), np.nan), {TETS}", "not finite"),
+        (f"{POINTS}, tets=np.zeros((2, 3), int)", r"tets of shape \(2, 3\)"),
+        (f"{POINTS}, tets=np.zeros((2, 4))", "not whole numbers"),
+        (f"{POINTS}, tets=np.full((2, 4), 4)", "corner that is not among its 4 points"),
+        (f"{POINTS}, tets=np.full((2, 4), -1)", "corner that is not among"),
+        (f"{POINTS}, tets=np.zeros((0, 4), int)", "no tetrahedra"),
+    ],
+)
 def test_what_a_child_returns_is_checked(worker, arrays, message):
     worker(f"import numpy as np\nnp.savez('output.npz', {arrays})\n")
     with pytest.raises(MeshError, match=f"the mesher returned .*{message}") as caught:
@@ -105,7 +100,6 @@ def test_hang_is_stopped(worker, hanging):
 def test_ctrl_c_ends_the_child(worker, hanging):
     source, pipe = hanging
     worker(source)
-
     folders = []
 
     def interrupt(_line):
@@ -153,15 +147,3 @@ def test_a_killed_parent_leaves_no_child(name, worker, hanging, tmp_path):
     worker("raise SystemExit(3)")  # The next call removes the folder, too
     assert subprocess.run(command, env=environment, capture_output=True, check=False).returncode != 0
     assert list(scratch.iterdir()) == []
-
-
-def test_nothing_is_left_behind(worker, tmp_path):
-    told = tmp_path / "folder.txt"
-    worker(
-        f"import os\nopen('__tracked_surface.stl', 'w').close()\nopen({str(told)!r}, 'w').write(os.getcwd())\n"
-        "raise SystemExit(3)\n"
-    )
-    before = set(os.listdir())
-    with pytest.raises(MeshError):
-        tetrahedralise(SOUP)
-    assert not Path(told.read_text()).exists() and set(os.listdir()) == before

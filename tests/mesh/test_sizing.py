@@ -1,14 +1,16 @@
-"""The wanted element size, the background grid that carries it, and what the mesher is given."""
+"""The wanted element size, the memory that it takes, and the triangulations that the mesher is given."""
+
+import re
 
 import numpy as np
 import pytest
 
-from papilla.core.errors import InputError
-from papilla.mesh import build, drawing
+from papilla.core.errors import InputError, MemoryEstimateError
+from papilla.mesh import build
 from papilla.mesh.body import body_of
 from papilla.mesh.drawing import triangulations
-from papilla.mesh.sizing import Sizing
-from papilla.model.finger import Finger
+from papilla.mesh.sizing import Sizing, asked
+from papilla.model.finger import Finger, Slab
 
 APEX = np.array([0.0, 0.0, 20.0])
 
@@ -29,31 +31,9 @@ def test_size_grows_with_the_distance_from_the_apex():
     assert at_a_gauge[[0, 4]] == pytest.approx(expected[[0, 4]], rel=1e-12)
 
 
-class AskedError(Exception):
-    """Raised in the mesher's place, with what it was given."""
-
-
-@pytest.fixture
-def given(monkeypatch):
-    """What the mesher is given for a finger, size and variant."""
-
-    def ask(command, *, cwd, **_):
-        with np.load(cwd / "input.npz") as arrays:
-            raise AskedError({name: arrays[name] for name in arrays.files})
-
-    monkeypatch.setattr("papilla.core.seams.start", ask)
-
-    def of(*arguments, **more):
-        with pytest.raises(AskedError) as asked:
-            drawing.drawn(*arguments, **more)
-        return asked.value.args[0]
-
-    return of
-
-
 @pytest.mark.parametrize("variant", [1, 2])
-def test_a_variant_triangulates_the_same_body(variant, finger_of, slab_shape):
-    for finger in (Finger.default(), finger_of(slab_shape)):
+def test_a_variant_triangulates_the_same_body(variant, finger_of):
+    for finger in (Finger.default(), finger_of(Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0)))):
         body = body_of(finger)
         for surface, (vertices, triangles), (moved, same) in zip(
             body.surfaces.values(), *(triangulations(body, 2.0, number) for number in (0, variant)), strict=True
@@ -67,11 +47,22 @@ def test_a_variant_triangulates_the_same_body(variant, finger_of, slab_shape):
             assert np.all((area[0] * area[1]).sum(axis=1) > 0), "no triangle turns over"
 
 
-@pytest.mark.parametrize("size, accepted", [(0.101, True), (0.099, False), (4.99, True), (5.01, False)])
-def test_sizes_from_a_200th_to_a_quarter_of_the_height(size, accepted, given, free):
+@pytest.mark.parametrize("size", [0.099, 5.01, 0.0, -1.0, float("nan"), float("inf"), "fine"])
+def test_sizes_from_a_200th_to_a_quarter_of_the_height(size, free):
     free(10**15)
-    if accepted:
-        given(Finger.default(), size)
-    else:
-        with pytest.raises(InputError, match="size_mm of a finger 20 mm tall must lie between 0.1 and 5, got"):
-            build(Finger.default(), size)
+    asked(Finger.default(), 0.101)
+    asked(Finger.default(), 4.99)
+    with pytest.raises(InputError, match="^size_mm .*(between 0.1 and 5, got|greater than 0|finite|a number)"):
+        build(Finger.default(), size)
+
+
+@pytest.mark.parametrize("left", [1e9, 8e9, 64e9])
+def test_the_size_that_is_named_would_fit_and_a_finer_one_would_not(left, free, no_mesher):
+    free(left)
+    message = r"^factorising a mesh of about \d,\d{3},\d{3} tetrahedra \(size_mm 0.1\) needs about \d+ GiB of memory, "
+    with pytest.raises(MemoryEstimateError, match=message + r"[\d.]+ GiB (is|are) free: ") as refused:
+        build(Finger.default(), 0.1)
+    size = float(re.search(r": mesh with size_mm >= ([\d.]+) \(--size-mm of ", str(refused.value)).group(1))
+    asked(Finger.default(), size)
+    with pytest.raises(MemoryEstimateError):
+        asked(Finger.default(), 0.93 * size)

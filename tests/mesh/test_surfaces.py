@@ -1,80 +1,76 @@
-"""Exact geometry of the surfaces: level, projection, height, normal, and the soup made of them."""
+"""Exact geometry of the surfaces: level, projection, height, normal, and the sites of gauges on them."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import ellipeinc
 
-from papilla.mesh.drawing import quarter_cylinder, quarter_ellipsoid
+from papilla.core.errors import InputError
+from papilla.mesh.body import gauge_site, surfaces_of
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
+from papilla.model.finger import Dome, Finger, Gauge, Slab
 
 DOME = Ellipsoid((24.0, 30.0, 20.0))
 SLAB = EllipticCylinder((24.0, 20.0), 10.0)
+DOME_SHAPE = Dome((24.0, 22.0, 20.0), (21.0, 19.0, 17.0), (10.0, 9.0, 6.0))
+SLAB_SHAPE = Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0), depth=30.0)
 
 
-@pytest.fixture
-def points():
-    """Points around the upper part of both surfaces, inside and outside."""
+@pytest.mark.parametrize("surface", [DOME, SLAB])
+def test_projection_level_and_normal_agree(surface):
     random = np.random.default_rng(5)
     directions = random.normal(size=(400, 3))
     directions[:, 2] = np.abs(directions[:, 2])
     on_sphere = directions / np.linalg.norm(directions, axis=1)[:, None]
-    return on_sphere * [24, 30, 20] * random.uniform(0.5, 1.5, (400, 1))
-
-
-@pytest.mark.parametrize("surface", [DOME, SLAB])
-def test_projection_is_on_the_surface_and_keeps_zeros(surface, points):
-    points[:100, 0] = 0
-    points[50:150, 1] = 0
+    points = on_sphere * [24, 30, 20] * random.uniform(0.5, 1.5, (400, 1))
+    points[:100, 0] = points[50:150, 1] = 0
     foot = surface.project(points)
     assert np.abs(surface.level(foot)).max() < 1e-12
     assert np.array_equal(foot == 0, points == 0)
-
-
-@pytest.mark.parametrize("surface", [DOME, SLAB])
-def test_level_is_the_signed_distance_to_first_order(surface, points):
-    foot = surface.project(points)
-    normal = surface.normal(foot)
-    for distance in (1e-5, -1e-5):
+    normal, step = surface.normal(foot), 1e-5
+    up, down = ([surface.level(foot + sign * step * e) for e in np.eye(3)] for sign in (1, -1))
+    assert normal == pytest.approx(np.transpose(np.subtract(up, down)) / (2 * step), abs=1e-7)
+    # The level is the signed distance to first order
+    for distance in (step, -step):
         assert surface.level(foot + distance * normal) == pytest.approx(distance, rel=1e-4)
 
 
 @pytest.mark.parametrize("surface", [DOME, SLAB])
 def test_height_is_on_the_surface_and_nan_outside(surface):
-    random = np.random.default_rng(2)
-    xy = random.uniform(-40, 40, (500, 2))
+    xy = np.random.default_rng(2).uniform(-40, 40, (500, 2))
     z = surface.height(xy)
-    inside = (
-        (xy[:, 0] / 24) ** 2 + (xy[:, 1] / 30) ** 2 <= 1
-        if surface is DOME
-        else ((np.abs(xy[:, 0]) <= 24) & (np.abs(xy[:, 1]) <= 5))
-    )
+    if surface is DOME:
+        inside = (xy[:, 0] / 24) ** 2 + (xy[:, 1] / 30) ** 2 <= 1
+    else:
+        inside = (np.abs(xy[:, 0]) <= 24) & (np.abs(xy[:, 1]) <= 5)
     assert np.array_equal(np.isfinite(z), inside) and 5 < inside.sum() < 495
     assert np.abs(surface.level(np.column_stack([xy, z])[inside])).max() < 1e-12
 
 
-@pytest.mark.parametrize("surface", [DOME, SLAB])
-def test_normal_is_the_gradient_of_the_level(surface, points):
-    foot = surface.project(points)
-    step = 1e-5
-    gradient = np.stack(
-        [(surface.level(foot + step * e) - surface.level(foot - step * e)) / (2 * step) for e in np.eye(3)], axis=1
-    )
-    assert surface.normal(foot) == pytest.approx(gradient, abs=1e-7)
+def site(shape, **options):
+    gauge = Gauge("g1", **options)
+    finger = replace(Finger.default(), shape=shape, gauges=(gauge,))
+    return gauge_site(finger, gauge, surfaces_of(finger)["interface"])
 
 
-@pytest.mark.parametrize(
-    ("make", "surface", "volume"),
-    [(quarter_ellipsoid, DOME, np.pi / 6 * 24 * 30 * 20), (quarter_cylinder, SLAB, np.pi / 4 * 24 * 20 * 5)],
-)
-def test_quarters_are_closed_and_fill_their_volume(make, surface, volume):
-    errors = []
-    for divisions in (8, 16):
-        vertices, triangles = make(surface, divisions)
-        edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-        assert np.all(np.unique(edges, axis=0, return_counts=True)[1] == 2)
-        assert vertices.min() == 0
-        corners = vertices[triangles] - vertices.mean(axis=0)
-        # The body is convex, so cones from its middle add up whatever way their triangles turn.
-        enclosed = np.abs(np.linalg.det(corners)).sum() / 6
-        errors.append(1 - enclosed / volume)
-    assert 0 < errors[1] < 0.01
-    assert 3 < errors[0] / errors[1] < 5
+@pytest.mark.parametrize("shape, width", [(DOME_SHAPE, 21.0 * np.sqrt(1 - (4 / 19) ** 2)), (SLAB_SHAPE, 21.0)])
+def test_an_angle_is_the_parameter_of_the_section_at_the_gauges_y(shape, width):
+    found = site(shape, angle_deg=25.0, y_mm=4.0)
+    x = width * np.sin(np.radians(25.0))
+    y_share = (4 / 19) ** 2 if shape is DOME_SHAPE else 0.0
+    assert found == pytest.approx([x, 4.0, 17.0 * np.sqrt(1 - (x / 21.0) ** 2 - y_share)])
+
+
+@pytest.mark.parametrize("axis, half, moved", [(0, 21.0, 7.0), (0, 21.0, -3.1), (1, 19.0, 6.0), (1, 19.0, 0.1)])
+def test_a_moved_gauge_lies_an_arc_of_the_ellipse_further(axis, half, moved):
+    found = site(DOME_SHAPE, x_mm=0.0, moved_mm=(moved, 0.0) if axis == 0 else (0.0, moved))
+    parameter = np.arcsin(found[axis] / half)
+    # The arc of an ellipse from its top, x = half sin p, z = 17 cos p
+    assert half * ellipeinc(parameter, 1 - (17.0 / half) ** 2) == pytest.approx(moved, rel=2e-4)
+    assert found[1 - axis] == 0.0 and found[2] == pytest.approx(17.0 * np.cos(parameter))
+
+
+def test_a_gauge_that_was_moved_off_the_interface_is_refused():
+    with pytest.raises(InputError, match=r"gauge g1 was moved off the interface: moved_mm \[60"):
+        site(DOME_SHAPE, x_mm=0.0, moved_mm=(60.0, 0.0))

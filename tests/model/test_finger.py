@@ -8,20 +8,9 @@ import pytest
 
 from papilla.core.errors import FileAccessError, FileFormatError, InputError, PapillaError
 from papilla.model.file import SHAPE_FORMS
-from papilla.model.finger import (
-    DEFAULT_FINGER,
-    SHIPPED_FINGERS,
-    Bench,
-    Dome,
-    Finger,
-    Gauge,
-    Layer,
-    Ridges,
-    Slab,
-    Surfaces,
-)
+from papilla.model.finger import DEFAULT_FINGER, SHIPPED_FINGERS, Bench, Dome, Finger, Gauge, Layer, Slab, Surfaces
 from papilla.model.materials import NeoHookean, Ogden, Yeoh
-from papilla.model.parts import Identified
+from papilla.model.parts import Identified, Ridges
 from papilla.model.specimen import Block
 
 TEXT = DEFAULT_FINGER.read_text()
@@ -70,8 +59,6 @@ x_mm = 0
 
 @pytest.fixture
 def load(tmp_path):
-    """Load a finger from the text of a file."""
-
     def read(text: str) -> Finger:
         path = tmp_path / "finger.toml"
         path.write_text(text, encoding="utf-8")
@@ -81,15 +68,11 @@ def load(tmp_path):
 
 
 def edit(old: str, new: str, count: int = 1) -> str:
-    """The default file with `old`, which must occur, replaced."""
     assert old in TEXT
     return TEXT.replace(old, new, count)
 
 
 DOME_TABLE = TEXT[TEXT.index("[shape]") : TEXT.index("[outer]")]
-
-
-# ---- What loads
 
 
 def test_the_default_finger_is_the_documented_one():
@@ -121,20 +104,17 @@ def test_surface_files_are_found_beside_the_design_file(load, tmp_path):
     assert shape == Surfaces(*(str(tmp_path / name) for name in ("skin.stl", "sub/interface.ply", "bone.vtp")))
 
 
-# ---- Hashes
-
-
 @pytest.mark.parametrize(
     "old, new, geometry",
     [
         ("modulus_MPa = 0.136", "modulus_MPa = 0.137", False),
         ("\nnu = 0.4999", "\nnu = 0.5", False),
         ('name = "g1"', 'name = "first"', False),
+        ("patch_radius_mm = 15.0", "patch_radius_mm = 14.0", True),
         ("angle_deg = -40.0", "angle_deg = -41.0", True),
         ("angle_deg = -40.0", "angle_deg = -40.0\nlever_mm = 1", False),
         ("height_mm = 0.3", "height_mm = 0.4", False),
         ("interface_mm = [21.0", "interface_mm = [20.5", True),
-        ("patch_radius_mm = 15.0", "patch_radius_mm = 14.0", True),
         ("[ridges]", "[bone]\nmodulus_MPa = 3000\n[ridges]", True),
     ],
 )
@@ -166,8 +146,6 @@ def test_hashes_of_surface_files_follow_their_bytes(load, tmp_path):
         _ = load(SURFACES).sha256
 
 
-# ---- Material cards
-
 CARDS = {
     'model = "neo-Hookean", mu_MPa = 0.0403': NeoHookean(0.0403),
     'model = "yeoh", c1_MPa = 0.02015, c3_MPa = 0.001': Yeoh(0.02015, 0.0, 0.001),
@@ -179,44 +157,32 @@ def with_card(modulus: str, card: str) -> str:
     return edit("modulus_MPa = 0.136\n", f"{modulus}\nmaterial = {{ {card} }}\n")
 
 
-@pytest.mark.parametrize("text, card", CARDS.items(), ids=lambda value: type(value).__name__)
-def test_a_card_gives_its_layer_the_small_strain_modulus(load, text, card):
-    layer = load(with_card("", text)).outer
-    assert layer.material == card
-    assert layer.modulus == pytest.approx(2 * 0.0403 * 1.4999, rel=1e-12)
-    assert layer == Layer.of(card, 0.4999)
-    both = load(with_card("modulus_MPa = 0.121", text)).outer
-    assert both == Layer(0.121, 0.4999, card), "three digits of one modulus agree with three of the other"
-
-
-def test_a_card_changes_the_hash_and_only_then(load):
+def test_a_card_gives_its_layer_the_small_strain_modulus_and_changes_the_hash(load):
     default = Finger.default()
+    hashes = {default.sha256}
+    for text, card in CARDS.items():
+        finger = load(with_card("", text))
+        hashes.add(finger.sha256)
+        assert finger.outer.modulus == pytest.approx(2 * 0.0403 * 1.4999, rel=1e-12)
+        assert finger.outer.material == card and finger.outer == Layer.of(card, 0.4999)
+        assert finger.geometry_sha256 == default.geometry_sha256
+        both = load(with_card("modulus_MPa = 0.121", text)).outer
+        assert both == Layer(0.121, 0.4999, card), "three digits of one modulus agree with three of the other"
+    assert len(hashes) == 4
     assert "material" not in json.dumps(default.describe())
-    cards = [load(with_card("", text)) for text in CARDS]
-    assert len({default.sha256, *(finger.sha256 for finger in cards)}) == 4
-    assert {finger.geometry_sha256 for finger in cards} == {default.geometry_sha256}
-    assert cards[2].describe()["outer"]["material"] == {"kind": "ogden", "mu": 0.0403, "alpha": 3.25}
-    json.dumps(cards[2].describe(), allow_nan=False)
+    assert finger.describe()["outer"]["material"] == {"kind": "ogden", "mu": 0.0403, "alpha": 3.25}
 
 
 @pytest.mark.parametrize(
     "modulus, card, message",
     [
-        (
-            "modulus_MPa = 0.2",
-            'model = "yeoh", c1_MPa = 0.05',
-            "outer: modulus 0.2 MPa is not that of its yeoh material",
-        ),
+        ("modulus_MPa = 0.2", 'model = "yeoh", c1_MPa = 0.05', "modulus 0.2 MPa is not that of its yeoh material"),
         ("", 'model = "cube"', "outer.material: Input tag 'cube' found using 'model' does not match"),
-        ("", 'model = "yeoh"', "key outer.material.c1_MPa is missing"),
         ("", 'model = "ogden", mu_MPa = 0.1, alpha = 0', "outer.material: Ogden alpha must not be 0"),
     ],
 )
 def test_unusable_cards(load, modulus, card, message):
     assert message in refusal(load, with_card(modulus, card))
-
-
-# ---- What does not load: one line that names the file and the key
 
 
 def refusal(load, text: str) -> str:
@@ -234,24 +200,19 @@ def refusal(load, text: str) -> str:
         ("modulus_MPa = 0.136", "modulus_MPa = -0.136", "outer.*modulus.* must be greater than 0, got -0.136"),
         ("modulus_MPa = 0.136", "modulus_MPa = nan", "outer.modulus_MPa.*finite.*nan"),
         ("modulus_MPa = 0.136", 'modulus_MPa = "hard"', "outer.modulus_MPa.*number.*'hard'"),
+        ("patch_radius_mm = 15.0", "patch_radius_mm = 0", r"patch_radius \(mm\) must be greater than 0"),
+        ("angle_deg = -40.0", "angle_deg = -40.0\nlength_mm = 0", "gauge g1 length_mm must be greater than 0, got 0"),
         ("modulus_MPa = 0.136\n", "", "outer: key modulus_MPa is missing"),
         ("\nnu = 0.4999", "\nnu = 0.51", "outer.*nu must lie between 0 and 0.5, got 0.51"),
         ("\nnu = 0.4999", "\npoisson = 0.5", "unknown key outer.poisson"),
-        ("patch_radius_mm = 15.0", "patch_radius_mm = 0", r"patch_radius \(mm\) must be greater than 0"),
-        ('name = "human', 'title = "human', "unknown key title"),
-        ('name = "human-finger-mimetic sensor"', 'name = ""', "name.*at least 1 character"),
-        ("27.0, 17.0]", "27.0, 20.0]", "interface semi-axis z 20 mm must be"),
         ("bone_mm = [10.0, 16.0", "bone_mm = [10.0, 28.0", "bone semi-axis y 28 mm must be smaller than"),
-        ("outer_mm = [24.0, 30.0, 20.0]", "outer_mm = [24.0, 30.0]", r"key shape.outer_mm\[2\] is missing"),
         ('kind = "dome"', 'kind = "cube"', "shape.*'cube'"),
-        ('kind = "dome"', 'kind = "dome"\ndepth_mm = 3', "unknown key shape.depth_mm"),
         ("width_mm = 0.6", "width_mm = 1.2", "ridge width 1.2 mm must be smaller than the pitch 1.2 mm"),
         ('name = "g2"', 'name = "g1"', "gauge names must differ, got g1 twice"),
         ("angle_deg = -40.0", "angle_deg = -90.0", "gauge g1 lies outside the interface: angle_deg -90"),
         ("angle_deg = -40.0", "x_mm = -20.0\ny_mm = 15", r"gauge g1 lies outside the interface: \|x_mm\| 20 >= 17.46"),
         ("angle_deg = -40.0", "angle_deg = 0\ny_mm = 27", r"gauge g1 lies outside the interface: \|y_mm\| 27 >= 27"),
         ("angle_deg = -40.0", "angle_deg = -40.0\nx_mm = 1", "gauge g1: give exactly one of angle_deg and x_mm"),
-        ("angle_deg = -40.0", "angle_deg = -40.0\nlength_mm = 0", "gauge g1 length_mm must be greater than 0, got 0"),
         ("angle_deg = -40.0", "angle_deg = -40.0\nbacking_mm = [4]", r"key gauges\[0\].backing_mm\[1\] is missing"),
         ("angle_deg = -40.0", "angle_deg = true", r"gauges\[0\].angle_deg.*(number|float).*True"),
         ("[[gauges]]", "[bench]\nthickness_mm = 0\n[[gauges]]", r"bench thickness \(mm\) must be greater than 0"),
@@ -264,29 +225,6 @@ def test_unusable_values(load, old, new, message):
     assert re.search(message, found, re.IGNORECASE), found
 
 
-FILES_WRITTEN = (
-    '; it is written [shape] kind = "surfaces", outer_file = "skin.stl", interface_file = "interface.stl", '
-    'bone_file = "bone.stl"'
-)
-THREE_FILES = SURFACES[SURFACES.index("[shape]") : SURFACES.index("[outer]")]
-
-
-@pytest.mark.parametrize(
-    "old, new, message",
-    [
-        (THREE_FILES, 'shape = "skin.stl"\n', "shape must be a table [shape], got 'skin.stl'"),
-        ("[shape]", "[surfaces]", "unknown key surfaces"),
-        ('"surfaces"', '"stl"', "shape: kind must be dome, slab, surfaces, in small letters; got 'stl'"),
-        ('"surfaces"', '"dome"', "unknown key shape.outer_file"),
-        ('bone_file = "bone.vtp"\n', "", "key shape.bone_file is missing"),
-        ("outer_file", "Outer_file", "unknown key shape.Outer_file"),
-    ],
-)
-def test_a_near_miss_of_surface_files_is_told_with_the_right_form(load, old, new, message):
-    assert SURFACES.count(old) == 1
-    assert refusal(load, SURFACES.replace(old, new)).endswith(f"finger.toml: {message}{FILES_WRITTEN}")
-
-
 def test_each_kind_of_shape_is_told_in_a_form_that_can_be_read(load):
     for kind, form in SHAPE_FORMS.items():
         told = refusal(load, edit(DOME_TABLE, f'shape = "{kind}"\n'))
@@ -295,32 +233,36 @@ def test_each_kind_of_shape_is_told_in_a_form_that_can_be_read(load):
         design = edit(DOME_TABLE, lines + "\n")
         design = re.sub(r"angle_deg = (\S+)", lambda site: f"x_mm = {float(site[1]) / 4}", design)
         assert type(load(design).shape).__name__.lower() == kind
+    for old, new, message in (
+        ("[shape]", "[surfaces]", "unknown key surfaces"),
+        ('"surfaces"', '"stl"', "shape: kind must be dome, slab, surfaces, in small letters; got 'stl'"),
+        ('bone_file = "bone.vtp"\n', "", "key shape.bone_file is missing"),
+    ):
+        told = refusal(load, SURFACES.replace(old, new))
+        assert told.endswith(f'{message}; it is written [shape] kind = "surfaces", {SHAPE_FORMS["surfaces"]}')
     # A measure that is wrong is no matter of the form
     assert "is written" not in refusal(load, edit("bone_mm = [10.0, 16.0, 6.0]", "bone_mm = [10.0, 28.0, 6.0]"))
-    assert "is written" not in refusal(load, edit('name = "g2"', 'name = "g1"'))
 
 
 def test_files_that_are_no_text_or_not_there(tmp_path):
     path = tmp_path / "finger.toml"
-    with pytest.raises(FileAccessError, match="cannot read finger file .*finger.toml: No such file"):
-        Finger.load(path)
-    with pytest.raises(FileAccessError, match="cannot read finger file .*: Is a directory"):
-        Finger.load(tmp_path)
+    for place, message in (
+        (path, "finger.toml: No such file"),
+        (tmp_path, "Is a directory"),
+        ("a\0b.toml", "null byte"),
+    ):
+        with pytest.raises(FileAccessError, match=message):
+            Finger.load(place)
     path.write_bytes(b"\xff\xfe\x00name")
     with pytest.raises(FileFormatError, match="finger.toml is not a text file in UTF-8"):
         Finger.load(path)
     path.write_bytes(b"\xef\xbb\xbf" + TEXT.encode())
     assert Finger.load(path) == Finger.default(), "a byte order mark is no fault"
-    with pytest.raises(FileAccessError, match="null byte"):
-        Finger.load("a\0b.toml")
-
-
-NAMED = 'name = "human-finger-mimetic sensor"'
 
 
 @pytest.mark.parametrize("name", [r"$\\bad{$", "<script>", "[red]", "שלום", "漢字 🙂", "x" * 200, "a\u00a0b"])
 def test_a_name_has_any_letters_and_is_kept(load, tmp_path, name):
-    finger = load(edit(NAMED, f'name = "{name}"'))
+    finger = load(edit("human-finger-mimetic sensor", name))
     finger.save(tmp_path / "again.toml")
     assert Finger.load(tmp_path / "again.toml") == finger
 
@@ -328,27 +270,19 @@ def test_a_name_has_any_letters_and_is_kept(load, tmp_path, name):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("x" * 201, "1 to 200 letters, got 201 letters"),
         ("x" * 100_000, "1 to 200 letters, got 100000 letters"),
         (r"a\nb", "which cannot be printed"),
-        (r"a\u001b[2J", "which cannot be printed"),
         (r"a\u202eb", "which cannot be printed"),
     ],
 )
-def test_a_name_that_is_too_long_or_not_printable_is_refused(load, name, message):
-    for old in (NAMED, 'name = "g2"'):
-        found = refusal(load, edit(old, f'name = "{name}"'))
-        assert message in found and len(found) < 500 and found.isprintable()
-
-
-def test_keys_and_file_names_of_any_length_are_one_short_line(load):
-    for key in ("x" * 5000, r"a\nb"):
-        found = refusal(load, f'"{key}" = 1\n' + edit("", ""))
-        assert "unknown key" in found and len(found) < 500 and found.isprintable()
-    for name in ("x" * 5000 + ".stl", r"a\nb.stl"):
-        with pytest.raises(FileAccessError, match="cannot read surface file") as caught:
-            _ = load(SURFACES.replace("skin.stl", name)).sha256
-        assert len(str(caught.value)) < 1000 and str(caught.value).isprintable()
+def test_names_keys_and_files_that_are_too_long_or_not_printable_are_one_short_line(load, name, message):
+    lines = [refusal(load, edit(old, name)) for old in ("human-finger-mimetic sensor", "g2")]
+    assert all(message in line for line in lines)
+    lines.append(refusal(load, f'"{name}" = 1\n{TEXT}'))
+    assert "unknown key" in lines[-1]
+    with pytest.raises(FileAccessError, match="cannot read surface file") as caught:
+        _ = load(SURFACES.replace("skin.stl", name)).sha256
+    assert all(len(line) < 1000 and line.isprintable() for line in (*lines, str(caught.value)))
 
 
 def test_fingers_that_ship_have_names():

@@ -7,18 +7,10 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.model.finger import Finger
-from papilla.model.materials import (
-    TEST_MODES,
-    FirstInvariantMaterial,
-    NeoHookean,
-    Ogden,
-    Yeoh,
-    material_class,
-    principal_pair,
-)
+from papilla.model.materials import TEST_MODES, FirstInvariantMaterial, NeoHookean, Ogden, Yeoh, principal_pair
 from papilla.model.parts import Layer
 
-CARDS = [NeoHookean(0.3), Yeoh(0.17, -0.004, 0.002), Ogden(0.11, 3.3), Ogden(0.2, -1.5)]
+CARDS = [NeoHookean(0.3), Yeoh(0.17, -0.03, 0.002), Ogden(0.11, 3.3), Ogden(0.2, -1.5)]
 
 
 def _energy(card, stretch, mode):
@@ -35,13 +27,8 @@ def test_nominal_stress_is_the_slope_of_the_energy(card, mode):
     slope = (_energy(card, stretch + h, mode) - _energy(card, stretch - h, mode)) / (2 * h)
     sides = 2 if mode == "equibiaxial" else 1
     assert card.nominal_stress(stretch, mode) == pytest.approx(slope / sides, rel=1e-7, abs=1e-9)
-
-
-@pytest.mark.parametrize("mode, factor", [("uniaxial", 3), ("equibiaxial", 6), ("pure_shear", 4)])
-@pytest.mark.parametrize("card", CARDS, ids=repr)
-def test_small_strain_stiffness_is_that_of_the_shear_modulus(card, mode, factor):
-    strain = 1e-6
-    assert card.nominal_stress(1 + strain, mode) / strain == pytest.approx(factor * card.shear_modulus, rel=1e-5)
+    factor = {"uniaxial": 3, "equibiaxial": 6, "pure_shear": 4}[mode]
+    assert card.nominal_stress(1 + 1e-6, mode) / 1e-6 == pytest.approx(factor * card.shear_modulus, rel=1e-5)
     assert card.modulus == 3 * card.shear_modulus
 
 
@@ -57,10 +44,9 @@ def test_slopes_are_the_derivatives_of_the_energy(card):
     "make, message",
     [
         (lambda: NeoHookean(0), r"neo-Hookean mu \(MPa\) must be greater than 0, got 0"),
-        (lambda: Yeoh(-1), r"Yeoh c1 \(MPa\) must be greater than 0"),
         (lambda: Yeoh(1, float("nan")), r"Yeoh c2 \(MPa\) must be finite"),
+        (lambda: Yeoh(-1), r"Yeoh c1 \(MPa\) must be greater than 0"),
         (lambda: Ogden(1, 0), "Ogden alpha must not be 0"),
-        (lambda: material_class("mooney"), "material must be one of neo-hookean, yeoh, ogden, got 'mooney'"),
         (lambda: NeoHookean(1).nominal_stress(1.1, "shear"), "test mode must be one of uniaxial, equibiaxial"),
         (lambda: NeoHookean(1).nominal_stress([1.1, -0.5], "uniaxial"), r"stretch must be .* greater than 0, got -0.5"),
         (lambda: NeoHookean(1).nominal_stress(np.inf, "uniaxial"), "stretch must be finite .* got inf"),
@@ -76,9 +62,7 @@ def _log_energy(card, e):
     return float(card.energy(stretches if isinstance(card, Ogden) else (stretches**2).sum()))
 
 
-@pytest.mark.parametrize(
-    "card", [NeoHookean(0.3), Yeoh(0.17, -0.03, 0.002), Ogden(0.11, 3.3), Ogden(0.2, -1.5)], ids=repr
-)
+@pytest.mark.parametrize("card", CARDS, ids=repr)
 @pytest.mark.parametrize("strains", [(0.0, 0.0), (0.3, -0.1), (0.8, -0.4)])
 def test_stability_is_the_least_curvature_of_the_energy_over_logarithmic_strains(card, strains):
     step, angles = 1e-4, np.linspace(0, np.pi, 721)
@@ -126,7 +110,7 @@ def test_slopes_that_are_not_those_of_the_energy_are_named(off, name):
         Layer.of(Gent(-0.1, 3.0))
 
 
-def test_a_design_file_cannot_hold_it(tmp_path):
+def test_a_design_file_cannot_hold_a_rubber_of_ones_own(tmp_path):
     with pytest.raises(InputError, match="cannot hold the material Gent: it has neo-hookean, yeoh, ogden"):
         replace(Finger.default(), outer=Layer.of(Gent(0.1, 30.0))).save(tmp_path / "finger.toml")
     assert [*tmp_path.iterdir()] == []

@@ -31,12 +31,9 @@ def test_every_length_and_modulus_is_positive_and_finite(specimen, value):
             dataclasses.replace(specimen, **{item.name: value})
 
 
-@each
+@pytest.mark.parametrize("specimen", GOOD[:3])
 @pytest.mark.parametrize("nu", [-0.01, 0.51, math.nan, "0.3"])
 def test_poissons_ratio_is_checked(specimen, nu):
-    if isinstance(specimen, Grating):
-        assert not hasattr(specimen, "nu"), "a grating is rigid"
-        return
     assert specimen.nu == 0.495
     assert dataclasses.replace(specimen, nu=0.5).nu == 0.5
     with pytest.raises(InputError, match="specimen nu must "):

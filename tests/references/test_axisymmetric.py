@@ -28,7 +28,6 @@ def _bodies(shape, specimen=0.51, linear=False, half_alpha=1):
 
 
 def _ball(radius, near, cells, layer, specimen, interface=0.8, bone=0.2, width=45.0, near_share=0.6):
-    """A half ball of one rubber on a specimen."""
     axes = ((size * radius,) * 2 for size in (1, interface, bone))
     return Bodies(Shape(*axes, 10.0, width, cells, near, near_share), [layer, layer, specimen])
 
@@ -58,11 +57,6 @@ def test_tangents_are_derivatives_of_the_forces(friction):
         change = part(at)[1] @ along
         assert np.abs(change).max() > 0
         assert (up - down) / 2e-7 == pytest.approx(change, abs=2e-6 * np.abs(change).max())
-
-
-def test_without_strain_large_strain_is_small_strain():
-    forces = [press_path(_bodies(COARSE, linear=one), GAUGES, 1e-5, first=1e-3).force[0] for one in (True, False)]
-    assert forces[1] == pytest.approx(forces[0], rel=2e-3)
 
 
 def test_gauges_read_what_the_finger_of_revolution_reads():
@@ -123,7 +117,7 @@ def test_a_small_contact_is_hertzs_and_friction_brings_mossakovskiis_and_spences
 
 @pytest.mark.slow
 def test_presses_on_another_triangulation_are_the_references():
-    """The bounds are those of `papilla verify`, which presses variant 0: twice the worst of six meshes."""
+    """Within the bounds of `papilla verify`, which presses variant 0."""
     rings, specimen = Rings(_bodies(FINE_SHAPE, 0.05, linear=True), GAUGES), Block(0.05, 10)
     reduced = prepare(REVOLUTION_FINGER, variant=1)
     for force_gf in (5, 20, 50):
@@ -131,6 +125,6 @@ def test_presses_on_another_triangulation_are_the_references():
         exact, found = rings.press(force), press(reduced, specimen, force=force, fidelity="contact")
         assert found.strain.std() == pytest.approx(exact.values[0].std(), rel=LINEAR_SETTINGS["S_d"])
         assert found.strain == pytest.approx(exact.values[0], rel=LINEAR_SETTINGS["gauges"])
-        assert found.indentation == pytest.approx(exact.indentation, rel=LINEAR_SETTINGS["indentation"])
-        assert found.contact_area == pytest.approx(exact.contact_area, rel=LINEAR_SETTINGS["contact area"])
-        assert found.peak_pressure == pytest.approx(exact.peak_pressure, rel=LINEAR_SETTINGS["peak pressure"])
+        for name in ("indentation", "contact area", "peak pressure"):
+            key = name.replace(" ", "_")
+            assert getattr(found, key) == pytest.approx(getattr(exact, key), rel=LINEAR_SETTINGS[name])

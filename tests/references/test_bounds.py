@@ -1,0 +1,107 @@
+"""Bounds of a modulus and of a frequency that glides: closed forms, and a fit that reaches them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from papilla.core.errors import InputError
+from papilla.references.bounds import chirp_bound, frequency_bound, modulus_bound
+
+RATE, COUNT, NOISE = 1000.0, 200, 0.05
+TIME = np.arange(COUNT) / RATE
+FREQUENCY, SLOPE = 60.0, 150.0
+
+
+def test_a_noisy_force_and_none():
+    """The force's noise adds to that of the reading: sigma^2 = noise^2 + (slope force_sigma)^2; of two readings without
+    a force sensor one gives the force."""
+    assert modulus_bound([[3.0]], [[50.0]], 4.0, 0.06) == pytest.approx(math.hypot(4, 3) / 3)
+    assert modulus_bound([[3.0]], [[50.0]], 4.0, math.inf) == math.inf
+    assert modulus_bound([[3.0, 0.0]], [[0.0, 50.0]], 4.0, math.inf) == pytest.approx(4 / 3)
+    assert modulus_bound([[3.0, 6.0]], [[50.0, 100.0]], 4.0, math.inf) == math.inf
+
+
+def test_a_nuisance_takes_away_what_looks_like_it():
+    """Orthogonal slopes cost nothing; parallel ones leave the prior's share; a prior of zero width is knowledge."""
+    a, b = np.array([[3.0, 4.0]]), np.zeros((1, 2))
+    free = modulus_bound(a, b, 10.0, 1.0)
+    assert modulus_bound(a, b, 10.0, 1.0, nuisances=[([[4.0, -3.0]], math.inf)]) == pytest.approx(free)
+    assert modulus_bound(a, b, 10.0, 1.0, nuisances=[(a, math.inf)]) == math.inf
+    assert modulus_bound(a, b, 10.0, 1.0, nuisances=[(2 * a, 0.5)]) == pytest.approx(math.hypot(free, 2 * 0.5))
+    assert modulus_bound(a, b, 10.0, 1.0, nuisances=[(a, 1e-9)]) == pytest.approx(free)
+
+
+def test_a_second_force_is_a_nuisance_as_the_first():
+    rng = np.random.default_rng(4)
+    a, b, c = rng.normal(size=(3, 20, 5)) * [[[20.0]], [[9e3]], [[3e3]]]
+    one = modulus_bound(a, b, 50.0, 0.004, nuisances=[(c, 0.02)])
+    assert one == pytest.approx(modulus_bound(a, c, 50.0, 0.02, nuisances=[(b, 0.004)]))
+    assert one > modulus_bound(a, b, 50.0, 0.004)
+    # By hand: each sample's covariance, inverted.
+    of_forces = (sigma**2 * part[:, :, None] * part[:, None, :] for sigma, part in ((0.004, b), (0.02, c)))
+    covariance = 50.0**2 * np.eye(5) + sum(of_forces)
+    information = np.einsum("ni,nij,nj->", a, np.linalg.inv(covariance), a)
+    assert one == pytest.approx(information**-0.5)
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        (([[1.0]], [[1.0]], 1, 0), "force_sigma must be greater than 0, got 0"),
+        (([1.0], [1.0], 1, 1), r"slopes must be two arrays \(n, g\), got \(1,\) and \(1,\)"),
+        (([[1.0]], [[1.0]], 1, 1, None, [([[1.0, 2.0]], 1)]), r"nuisance must be slopes \(1, 1\) and a sigma"),
+        (([[1.0]], [[1.0]], 1, 1, None, [([[1.0]], 0)]), r"a sigma above 0, got \(1, 1\), 0"),
+        (([[1.0]], [[1.0]], 1, 1, [[1.0]]), r"errors must be \(n, g, k\) with n x g = \(1, 1\), got \(1, 1\)"),
+    ],
+)
+def test_what_it_refuses(arguments, message):
+    with pytest.raises(InputError, match=message):
+        modulus_bound(*arguments)
+
+
+def phase_of(frequency, slope, start=0.3):
+    return start + 2 * math.pi * (frequency * TIME + 0.5 * slope * TIME**2)
+
+
+def numerical(amplitudes, lag_s):
+    phase, at = phase_of(FREQUENCY, SLOPE), float(TIME[-1]) - lag_s
+    return frequency_bound(TIME, phase, FREQUENCY + SLOPE * at, amplitudes, NOISE, degree=1, at_s=at)
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.014, 0.1])
+@pytest.mark.parametrize("amplitudes", [[1.0], [1.0, 0.4j, -0.3]])
+def test_the_closed_form_is_what_many_periods_approach(amplitudes, lag_s):
+    at = FREQUENCY + SLOPE * (TIME[-1] - lag_s)
+    assert numerical(amplitudes, lag_s) == pytest.approx(
+        chirp_bound(COUNT, RATE, at, amplitudes, NOISE, lag_s), rel=0.05
+    )
+
+
+def test_a_maximum_likelihood_fit_reaches_the_bound_of_a_frequency():
+    """Least squares of phase, frequency, slope and amplitude over many noises: scatter of the last frequency."""
+    rng = np.random.default_rng(4)
+    clean = np.cos(phase_of(FREQUENCY, SLOPE))
+    at_end = []
+    for _ in range(400):
+        reading = clean + NOISE * rng.standard_normal(COUNT)
+        guess = np.array([0.3, FREQUENCY, SLOPE])
+        for _ in range(5):
+            phase = guess[0] + 2 * math.pi * (guess[1] * TIME + 0.5 * guess[2] * TIME**2)
+            waves = np.column_stack([np.cos(phase), np.ones(COUNT)])
+            amplitude, offset = np.linalg.lstsq(waves, reading, rcond=None)[0]
+            turn = -amplitude * np.sin(phase)
+            slopes = np.column_stack([turn, 2 * math.pi * TIME * turn, math.pi * TIME**2 * turn, waves])
+            guess += np.linalg.lstsq(slopes, reading - waves @ [amplitude, offset], rcond=None)[0][:3]
+        at_end.append(guess[1] + guess[2] * TIME[-1])
+    truth = FREQUENCY + SLOPE * TIME[-1]
+    assert np.std(at_end) / truth == pytest.approx(numerical([1.0], 0.0), rel=0.1)
+    assert abs(np.mean(at_end) - truth) < 4 * np.std(at_end) / math.sqrt(len(at_end))
+
+
+def test_edges_of_a_gliding_frequency():
+    end, middle = (chirp_bound(COUNT, RATE, 100.0, [1.0], NOISE, lag) for lag in (0.0, 0.1))
+    assert end / middle == pytest.approx(4.0), "no delay costs a factor of four"
+    assert frequency_bound(TIME, 0 * TIME, 1.0, [1.0], NOISE, degree=1) == math.inf
+    with pytest.raises(InputError, match="count must be at least 4"):
+        chirp_bound(3, RATE, 100.0, [1.0], NOISE)
