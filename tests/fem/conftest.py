@@ -27,13 +27,6 @@ def no_solver_choice():
         os.environ["PAPILLA_SOLVER"] = before
 
 
-@pytest.fixture(scope="session", autouse=True)
-def kinds_of_entries(cache_folder):
-    """Whatever these tests leave in the cache lies in a folder of its kind, not of its key."""
-    yield
-    assert not [path.name for path in cache_folder.iterdir() if len(path.name) > 40]
-
-
 @pytest.fixture(scope="module")
 def reference_model() -> FingerModel:
     """The default finger on the mesh that ships with the package; with the factors it keeps, not for all modules."""
@@ -229,18 +222,6 @@ def make_stand_in(patch: Patch, e_star: float) -> ReducedFinger:
         weights=np.array([np.ones(3), np.zeros(3)]),
         layers=np.array([[1e6, e_star]]),
     )
-
-
-def _one(v, w):
-    return v
-
-
-def _x_squared(v, w):
-    return v * w.x[0] ** 2
-
-
-def _y_squared(v, w):
-    return v * w.x[1] ** 2
 
 
 box, dome, disc, stand_in = (
