@@ -123,21 +123,3 @@ def test_soft_specimens_are_pressed_as_hard_ones_whatever_the_ratio_of_the_modul
     readings = np.array([one.reading for one in presses])
     bends = np.diff(readings, n=2, axis=0) / np.linalg.norm(readings[1:-1], axis=1, keepdims=True)
     assert np.abs(bends).max() < 0.04
-
-
-def test_at_large_strain_less_friction_is_enough_to_stick(reference):
-    """Stick changes readings by 1/k as much as in linear presses, and a coefficient has the share of it that k times
-    the coefficient has there."""
-    scene, coefficient = {"specimen": Block(0.3, 10), "force": 0.5}, 0.05
-
-    def readings(fidelity, *frictions):
-        return [press(reference, **scene, friction=one, fidelity=fidelity).reading for one in frictions]
-
-    def share(free, held, between):
-        return (held - free) @ (between - free) / ((held - free) @ (held - free))
-
-    free, held, between = readings(None, 0, "stick", coefficient)
-    still, stuck = readings("contact", 0, "stick")
-    k = np.linalg.norm(stuck - still) / np.linalg.norm(held - free)
-    lower, alike = (share(still, stuck, one) for one in readings("contact", k * coefficient, coefficient))
-    assert abs(share(free, held, between) - lower) < 0.2 * abs(alike - lower)
