@@ -112,10 +112,3 @@ def test_newton_and_relaxation_agree(seed, given):
     np.testing.assert_allclose(newton.moved, C @ newton.force, atol=1e-9)
     assert newton.depth == pytest.approx(relaxed.depth, rel=1e-6) and (newton.state == relaxed.state).all()
     assert newton.force[n:].sum() == pytest.approx(1.0) if given == "load" else newton.depth == 1.0
-
-
-def test_what_is_out_of_reach_is_not_touched(cylinder):
-    _, C, rise = cylinder
-    found = rub(laws(C, rise, depth=-0.01, friction=0.5, drift=1.0), np.ones(len(rise), dtype=int))
-    assert not found.force.any()
-    assert (found.state == OPEN_NODE).all()
