@@ -10,9 +10,7 @@ from skfem import Basis, ElementTriP1, LinearForm, MeshTet, MeshTri
 from papilla.fem import FingerModel, ReducedFinger, prepare
 from papilla.fem.discrete.elements import TaylorHood
 from papilla.fem.reduction.compliance import half_space_compliance
-from papilla.fem.reduction.loaded_patch import build_patch
-from papilla.fem.reduction.patch import Frame, Patch
-from papilla.mesh import build
+from papilla.fem.reduction.patch import Patch
 from papilla.mesh.cells import paired_faces, volumes
 from papilla.mesh.layered import BONE_LAYER, INNER_LAYER, OUTER_LAYER, LayeredMesh, mirrored
 from papilla.model.finger import Dome, Finger
@@ -27,19 +25,6 @@ def no_solver_choice():
         os.environ["PAPILLA_SOLVER"] = before
 
 
-@pytest.fixture(scope="session", autouse=True)
-def kinds_of_entries(cache_folder):
-    """Whatever these tests leave in the cache lies in a folder of its kind, not of its key."""
-    yield
-    assert not [path.name for path in cache_folder.iterdir() if len(path.name) > 40]
-
-
-@pytest.fixture(scope="module")
-def reference_model() -> FingerModel:
-    """The default finger on the mesh that ships with the package; with the factors it keeps, not for all modules."""
-    return FingerModel(Finger.default(), build(Finger.default()))
-
-
 @pytest.fixture(scope="session")
 def reference() -> ReducedFinger:
     """The default finger condensed at its apex."""
@@ -50,18 +35,6 @@ def reference() -> ReducedFinger:
 def linear_reference() -> ReducedFinger:
     """The same, of which no table of large strain is known: presses without a fidelity are linear."""
     return dataclasses.replace(prepare(Finger.default()), strain_key="", strain_source=None)
-
-
-@pytest.fixture(scope="session")
-def loaded_patch():
-    """Function: the patch of a model at a place, with the loads of its nodes on the mesh."""
-
-    def loaded(model, at=(0.0, 0.0)):
-        skin = model.surfaces["skin"]
-        symmetric = at == (0.0, 0.0) and len(model.mesh.mirrors) == 2
-        return build_patch(model.space, model.mesh, skin, Frame.at(skin, *at), model.finger.patch_radius, symmetric)
-
-    return loaded
 
 
 def _oriented(points, tets):
@@ -229,18 +202,6 @@ def make_stand_in(patch: Patch, e_star: float) -> ReducedFinger:
         weights=np.array([np.ones(3), np.zeros(3)]),
         layers=np.array([[1e6, e_star]]),
     )
-
-
-def _one(v, w):
-    return v
-
-
-def _x_squared(v, w):
-    return v * w.x[0] ** 2
-
-
-def _y_squared(v, w):
-    return v * w.x[1] ** 2
 
 
 box, dome, disc, stand_in = (

@@ -51,20 +51,6 @@ def stored(found):
     return found.with_record(record(found, diagnose(found), "block"))
 
 
-def test_the_model_is_linear_in_gains_levers_and_zeros(found):
-    made_up, vector = found.problem, found.vector
-    one = made_up.modelled(vector).values
-    zeros = np.array([found.values[f"zero_microstrain.{name}"] for name in made_up.log.gauge_names])
-    twice = {f"{key}.{name}": 2 * found.values[f"{key}.{name}"] for key in ("gain", "lever_mm")
-             for name in made_up.log.gauge_names}  # fmt: skip
-    louder = vector + np.array([twice.get(name, value) - value if name in twice else 0.0
-                                for name, value in zip(found.names, vector, strict=True)])  # fmt: skip
-    other = made_up.modelled(louder).values
-    np.testing.assert_allclose(other[:, :5] - zeros, 2 * (one[:, :5] - zeros), rtol=1e-9)
-    np.testing.assert_allclose(other[:, 5], one[:, 5])
-    np.testing.assert_allclose(found.residuals, made_up.measured - one)
-
-
 def test_residuals_over_their_noise_are_about_one_and_large_ones_count_less(found):
     assert 0.3 < np.sqrt((weighted_residuals(found) ** 2).mean()) < 1.5
     assert found.freedom < found.problem.measured.size
@@ -94,26 +80,6 @@ def test_a_covariance_is_the_inverse_of_the_information(found):
     inverse = np.linalg.inv(jacobian.T @ jacobian)
     widened = max(1.0, found.chi_square / found.freedom) if found.chi_square > 1.5 * found.freedom else 1.0
     np.testing.assert_allclose(np.diag(found.covariance), widened * np.diag(inverse), rtol=1e-3)
-    fewer = identify(replace_rows(found.problem.log, slice(None, None, 2)), FINGER, **STUCK)
-    assert (fewer.sigma[:2] > found.sigma[:2]).all()
-
-
-def replace_rows(log, rows):
-    names = ("force_N", "modulus_MPa", "readings", "indentation_mm")
-    return replace(log, **{name: getattr(log, name)[rows] for name in names})
-
-
-def test_names_of_gauges_and_order_of_presses_do_not_matter(pressed, found):
-    log = replace_rows(pressed[0], np.random.default_rng(0).permutation(len(pressed[0])))
-    other = identify(log, FINGER, **STUCK)
-    for name in (*MODULI, "touch_down_mm"):
-        assert other[name] == pytest.approx(found[name], rel=0.02)
-    names = {old: new for old, new in zip(log.gauge_names, "abcde", strict=True)}
-    renamed = replace(FINGER, gauges=tuple(replace(one, name=names[one.name]) for one in FINGER.gauges))
-    again = identify(replace(pressed[0], gauge_names=tuple("abcde")), renamed, **STUCK)
-    assert again.values["gain.b"] == pytest.approx(found.values["gain.g2"], rel=1e-6)
-    with pytest.raises(InputError, match="the log has the gauges g2, g1"):
-        identify(replace(pressed[0], gauge_names=("g2", "g1", "g3", "g4", "g5")), FINGER, **STUCK)
 
 
 def test_what_a_log_has_says_what_is_free():
@@ -151,9 +117,6 @@ def test_priors_and_bounds_are_those_of_their_sources():
     }  # fmt: skip
 
 
-# ---- The identified finger
-
-
 def test_gauges_of_the_identified_finger_are_moved_by_the_row_and_their_own_place(found):
     moves = {"row_along_mm": 0.3, "row_across_mm": -0.2, "place_mm.g2": 0.1}
     moved = replace(found, problem=replace(found.problem, held={**found.problem.held, **moves})).finger
@@ -181,23 +144,6 @@ def test_what_an_identification_leaves_open_widens_every_interval(stored, tmp_pa
     assert sharper.sigmas["identification"] == pytest.approx(0.1 * wider.sigmas["identification"], rel=1e-6)
 
 
-def test_gains_known_together_to_a_tenth_leave_a_tenth_of_s_d_and_zeros_a_microstrain(stored):
-    kept, forces = stored.identified, (0.2, 0.4, 0.8)
-
-    def wider(diagonal, *, together):
-        covariance = np.outer(diagonal, diagonal) if together else np.diag(np.square(diagonal))
-        changed = replace(kept, covariance=tuple(map(tuple, covariance.tolist())))
-        return with_identification(calibration(), replace(stored, identified=changed), size_mm=SIZE_MM)
-
-    gains = [0.1 * value * name.startswith(("gain", "lever"))
-             for name, value in zip(kept.parameters, kept.values, strict=True)]  # fmt: skip
-    assert wider(gains, together=True).sigmas["identification"] == pytest.approx(0.1, rel=1e-3)
-    zeros = wider([float(name.startswith("zero")) for name in kept.parameters], together=False)
-    for gauge in zeros.gauges:
-        sigmas = [gauge.uncertainty.sigmas(np.log(force), np.log(0.3))["identification"] for force in forces]
-        assert sigmas == pytest.approx([1 / force for force in forces], rel=0.02), "of a reading over its force"
-
-
 def test_a_finger_is_saved_with_its_record_and_a_design_that_was_changed_since_is_refused(stored, tmp_path):
     stored.save(tmp_path / "finger.toml")
     assert Finger.load(tmp_path / "finger.toml") == stored
@@ -206,13 +152,10 @@ def test_a_finger_is_saved_with_its_record_and_a_design_that_was_changed_since_i
         with_identification(calibration(), changed, size_mm=SIZE_MM)
 
 
-@pytest.mark.parametrize(
-    "probability, rise, same, named",
-    [(0.01, 9.0, True, False), (0.0099, 6.7, False, True), (0.0099, 6.5, False, False)],
-)
-def test_a_finger_is_another_below_one_per_cent(probability, rise, same, named):
-    agreement = PressAgreement(3, 40.0, 20, probability, (Change("touch_down_mm", -0.12, 0.02, rise),))
-    assert agreement.same == same and ("touch_down_mm -0.12 +- 0.02 mm" in agreement.verdict) == named
+def test_a_finger_is_another_below_one_per_cent():
+    for probability, rise, same, named in ((0.01, 9, True, False), (0.0099, 6.7, False, True), (0, 6.5, False, False)):
+        agreement = PressAgreement(3, 40.0, 20, probability, (Change("touch_down_mm", -0.12, 0.02, rise),))
+        assert agreement.same == same and ("touch_down_mm -0.12 +- 0.02 mm" in agreement.verdict) == named
 
 
 def test_a_diagnosis_states_intervals_influence_and_each_doubt_once(found):
@@ -261,9 +204,6 @@ def test_the_page_has_the_numbers(found, tmp_path):
     assert "lever_mm.g5" in page and "<script" not in page
 
 
-# ---- What to press next
-
-
 def test_the_press_that_is_suggested_beats_every_other_one(found):
     forces, moduli = (0.1, 0.4, 0.9), (0.089, 0.72)
     best = suggest_presses(found, 1, moduli, forces=forces, size_mm=SIZE_MM)
@@ -280,10 +220,8 @@ def test_the_press_that_is_suggested_beats_every_other_one(found):
 @pytest.mark.parametrize(
     "count, moduli, options, message",
     [
-        (0, (0.1,), {}, "number of presses to suggest must be at least 1, got 0"),
-        (True, (0.1,), {}, "at least 1, got True"),
+        (True, (0.1,), {}, "number of presses to suggest must be at least 1, got True"),
         (2, (), {}, "at least one force and one modulus"),
-        (2, (0.1, -1.0), {}, r"modulus \(MPa\) to press must be greater than 0"),
         (2, (0.1,), {"forces": (0.0,)}, r"force \(N\) to press must be greater than 0"),
         (2, (0.1,), {"places": ()}, "at least one place"),
         (2, (0.1,), {"criterion": "A"}, "criterion must be I or D, got 'A'"),
@@ -292,9 +230,6 @@ def test_the_press_that_is_suggested_beats_every_other_one(found):
 def test_what_cannot_be_suggested_is_refused(count, moduli, options, message):
     with pytest.raises(InputError, match=message):
         suggest_presses(FINGER, count, moduli, **options)
-
-
-# ---- Noise of repeats, and creep
 
 
 def test_repeats_tell_the_noise_that_was_put_in(smooth):

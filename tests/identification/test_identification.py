@@ -10,7 +10,7 @@ from papilla.core.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.identification import PARAMETERS_BY_NAME, PressNoise, compare, diagnose, identify, record
 from papilla.identification.diagnosis import RATIO_WORDS, profile
-from papilla.identification.fit import descend, solve
+from papilla.identification.fit import descend
 from papilla.identification.parameters import kind
 from papilla.identification.posing import family_of, problem_of
 from papilla.model.finger import Finger
@@ -69,41 +69,10 @@ def test_friction_that_nobody_told_is_a_share_of_stick(smooth):
         found = identify(log, Finger.default(), size_mm=SIZE_MM, noise=QUIET)
         assert found["stick_share"][0] == pytest.approx(share, abs=0.2)
     told = diagnose(found)
-    low, high = told.intervals["stick_share"]
-    assert 0 <= low <= found["stick_share"][0] <= high <= 1
     assert any(doubt.startswith("friction was not stated") for doubt in told.doubts) and told.profiles == ()
     stored = found.with_record(record(found, told, "block"))
     assert stored.identified.friction == "not told" and stored.bench.friction is None
     assert compare(stored, log, size_mm=SIZE_MM).same
-    known = identify(log, Finger.default(), size_mm=SIZE_MM, noise=QUIET, friction=0.0)
-    assert "stick_share" not in known.values
-    assert known.with_record(record(known, diagnose(known), "block")).bench.friction == 0.0
-
-
-def test_a_gauge_wired_backwards_is_answered(smooth):
-    log, truth = made(smooth, 5)
-    turned = replace(log, readings=log.readings * [1, -1, 1, 1, 1])
-    one, other = (identify(each, Finger.default(), **STUCK) for each in (log, turned))
-    assert other["gain.g2"][0] == pytest.approx(-one["gain.g2"][0], rel=1e-3)
-    assert other["outer_modulus_MPa"][0] == pytest.approx(one["outer_modulus_MPa"][0], rel=1e-3)
-
-
-@pytest.mark.slow
-def test_held_parameters_stay_and_free_ones_move(smooth):
-    log, _ = made(smooth, 6)
-    found = identify(log, Finger.default(), fix={"outer_modulus_MPa": 0.2, "lever_mm": 0.0}, **STUCK)
-    assert found.finger.outer.modulus == 0.2 and "outer_modulus_MPa" not in found.names
-    assert [gauge.lever_mm for gauge in found.finger.gauges] == [0.0] * 5
-    assert "gain.g3" in found.names and "touch_down_mm" in found.names
-
-
-def test_an_outlier_hardly_moves_the_finger(smooth):
-    log, _ = made(smooth, 7)
-    readings = log.readings.copy()
-    readings[3, 1] += 3000.0
-    clean, spoilt = (identify(each, Finger.default(), **STUCK) for each in (log, replace(log, readings=readings)))
-    off = [(spoilt[name][0] / clean[name][0] - 1) / clean[name][1] for name in clean.names[:2]]
-    assert np.abs(off).max() < 2
 
 
 @pytest.mark.parametrize(
@@ -111,12 +80,7 @@ def test_an_outlier_hardly_moves_the_finger(smooth):
     [
         ({"gauge_names": ("g2", "g3", "g4", "g5", "g6")}, {}, "the log has the gauges g2, g3, g4, g5, g6, the finger"),
         ({"gauge_names": ("g1",), "readings": np.ones((8, 1))}, {}, "the log has 1 gauges .g1., the finger .* has 5"),
-        ({"x_mm": np.full(8, 9.0)}, {}, "x_mm is 9 in press 1: contacts are known within 5 mm of the apex"),
-        (
-            {"y_mm": np.full(8, 4.0)},
-            {"free": ("tilt_x_deg",)},
-            "y_mm is 4 in press 1: .* 2.6. mm of the apex, tilt incl",
-        ),
+        ({"y_mm": np.full(8, 4.0)}, {"free": ("tilt_x_deg",)}, "y_mm is 4 .* 2.6. mm of the apex, tilt incl"),
         ({"modulus_sigma_MPa": np.arange(8) / 100}, {}, "of 0.089 MPa must be one number, got 0 to 0.03"),
         ({"modulus_sigma_MPa": np.full(8, 0.4)}, {}, "0.4 of a specimen of 0.089 MPa says that it is not known"),
         ({}, {"free": ("common_gain",)}, "common_gain needs gain and lever_mm to be fixed"),
@@ -194,14 +158,10 @@ def test_a_profile_ends_where_chi_square_has_risen_by_its_quantile(smooth):
 @pytest.mark.slow
 def test_what_presses_leave_open_and_what_cuts_a_profile_off(smooth):
     """Four presses on one modulus; and a finger whose outer layer is nearly 16 times as stiff as its inner one."""
-    log, _ = made(smooth, 3, moduli=(0.51,), depth=False)
-    open_one = profile(identify(log, Finger.default(), **STUCK), "outer_modulus_MPa")
-    assert open_one.verdict in ("one-sided", "flat")
-    assert any("its prior decides" in doubt for doubt in open_one.doubts)
-    steep, _ = made(smooth, 5, moduli=(0.51,), depth=False, ratio=15.9)
-    cut = profile(identify(steep, Finger.default(), **STUCK), "outer_modulus_MPa")
-    assert cut.cut_off_by == (RATIO_WORDS,)
-    assert any("is cut off where the ratio of the moduli comes to its bound" in doubt for doubt in cut.doubts)
+    for seed, ratio, cut, words in ((3, None, (), "its prior decides"), (5, 15.9, (RATIO_WORDS,), "is cut off where")):
+        log, _ = made(smooth, seed, moduli=(0.51,), depth=False, ratio=ratio)
+        told = profile(identify(log, Finger.default(), **STUCK), "outer_modulus_MPa")
+        assert any(words in doubt for doubt in told.doubts) and set(cut) <= {*told.cut_off_by}
 
 
 def test_swapped_gauges_are_named(smooth):
@@ -211,9 +171,6 @@ def test_swapped_gauges_are_named(smooth):
     right, swapped = (diagnose(identify(each, Finger.default(), fix=fix, **STUCK)) for each in (log, crossed))
     assert not any("look swapped" in doubt for doubt in right.doubts)
     assert any("g2 and g3 look swapped" in doubt for doubt in swapped.doubts) and swapped.status.startswith("doubtful")
-
-
-# ---- A hundred fingers that are drawn
 
 
 @pytest.mark.slow
@@ -229,29 +186,3 @@ def test_simulated_fingers_are_recovered_within_what_is_stated(smooth):
     for name, values in errors.items():
         assert np.mean(np.array(values) < 1.96) > 0.95 - 3 * np.sqrt(0.95 * 0.05 / count), name
         assert np.mean(np.array(values) < 0.994) < 0.98, name
-
-
-@pytest.mark.slow
-def test_swapped_readings_fit_where_gauges_mirror_each_other_and_are_doubted_elsewhere(smooth):
-    """The dome has a mirror plane: g1 and g5 swapped are their gains swapped. Others read another curve over force."""
-
-    def swapped(found, *pair):
-        order = np.arange(5)
-        order[[*pair]] = pair[::-1]
-        log = replace(found.problem.log, readings=found.problem.log.readings[:, order])
-        return solve(replace(found.problem, log=log, weights=None, robust=None, gains=None))
-
-    wrong = 0
-    for number in range(40):
-        log, truth = made(smooth, 1000 + number)
-        fix = {name: truth[name] for name in ("outer_modulus_MPa", "inner_modulus_MPa")}
-        right = identify(log, Finger.default(), fix=fix, size_mm=SIZE_MM)
-        mirrored, sigma = swapped(right, 0, 4), max(right["gain.g1"][1], right["gain.g5"][1])
-        assert mirrored["gain.g5"][0] == pytest.approx(right["gain.g1"][0], abs=3 * sigma)
-        assert mirrored["gain.g1"][0] == pytest.approx(right["gain.g5"][0], abs=3 * sigma)
-        other = swapped(right, *((1, 2), (2, 3), (0, 2))[number % 3])
-        if other.chi_square > 2 * other.freedom:
-            wrong += 1
-            told = diagnose(other)
-            assert told.status.startswith("doubtful") and any("does not fit" in doubt for doubt in told.doubts)
-    assert wrong > 4

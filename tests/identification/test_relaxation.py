@@ -4,20 +4,11 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.fem import prepare
-from papilla.fem.pressing.contact import contact_press
 from papilla.identification.one_touch import fit_relaxation
-from papilla.model.finger import Finger
-from papilla.model.specimen import HalfSpace
 from papilla.references import Prony
 
 TIME = np.concatenate([np.linspace(0.05, 1, 20), np.linspace(1.2, 25, 120)])
 RAMP = np.minimum(TIME, 1.0)
-
-
-@pytest.fixture(scope="module")
-def finger():
-    return prepare(Finger.default(), size_mm=2.0)
 
 
 def made(prony, held, noise=0.0, seed=1):
@@ -51,27 +42,6 @@ def test_sigmas_hold_what_noise_does():
         pulls.append((found.prony.shares[0] - 0.3) / found.share_sigma[0])
         pulls.append(np.log(found.prony.times_s[0] / 2.0) / found.time_sigma[0])
     assert 0.6 < np.sqrt(np.mean(np.square(pulls))) < 1.6
-
-
-def test_a_finger_that_crept_tells_its_silicone(finger):
-    """On a specimen thirty times as hard as its skin: by depth, and by S_d."""
-    prony = Prony((0.3,), (2.0,))
-    force, forces = 0.5 * RAMP, np.geomspace(0.01, 1.2, 80)
-    presses = [contact_press(finger, HalfSpace(4.0), (float(one), None), 0.0) for one in forces]
-    for known in ([one.indentation for one in presses], [one.sd for one in presses]):
-        # The contact grows on a specimen that is nearly rigid: the crept finger is the elastic one under more force
-        observed = np.interp(prony.strained(TIME, force), forces, known)
-        found = fit_relaxation(TIME, force, observed, elastic=lambda force, k=known: np.interp(force, forces, k))
-        assert found.prony.shares[0] == pytest.approx(0.3, abs=0.01)
-        assert found.prony.times_s[0] == pytest.approx(2.0, rel=0.02)
-
-
-def test_unloading_is_left_out():
-    prony = Prony((0.3,), (2.0,))
-    force, depth = made(prony, "force")
-    later, back = TIME[-1] + np.linspace(0.2, 2, 10), np.linspace(0.9, 0.2, 10)
-    found = fit_relaxation(np.append(TIME, later), np.append(force, 0.5 * back), np.append(depth, depth[-1] * back))
-    assert found.prony.times_s[0] == pytest.approx(2.0, rel=0.03)
 
 
 def test_what_a_log_cannot_tell_is_said():

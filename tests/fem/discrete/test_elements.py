@@ -11,7 +11,7 @@ from skfem.helpers import ddot, div, sym_grad
 from papilla.core.errors import InputError
 from papilla.fem import FingerModel, press, recover
 from papilla.fem.discrete.assembly import lame
-from papilla.fem.discrete.elements import ELEMENTS_BY_NAME, P1, P2, TaylorHood, interpolation, locate
+from papilla.fem.discrete.elements import P1, P2, TaylorHood, interpolation, locate
 from papilla.fem.discrete.solver import factorise
 from papilla.mesh.layered import INNER_LAYER, OUTER_LAYER
 from papilla.model.finger import Finger, Layer
@@ -68,19 +68,6 @@ def test_patch_test_across_the_layers(box_space, contrast, nus):
     assert residual(box_space, layers, field) < 1e-8
 
 
-def test_without_contraction_a_stretch_needs_no_force_across(box_space):
-    """nu = 0: stretched along x alone, the faces across it carry nothing."""
-    x = box_space.displacement.doflocs.T
-    field = np.column_stack([0.01 * x[:, 0], np.zeros((len(x), 2))])
-    layers = {OUTER_LAYER: Layer(0.2, 0.0), INNER_LAYER: Layer(0.2, 0.0)}
-    size, matrix = 3 * box_space.nodes, whole(box_space.matrix(layers))
-    pressure = sp.linalg.spsolve(matrix[size:, size:].tocsc(), -matrix[size:, :size] @ field.ravel())
-    forces = (matrix[:size, :size] @ field.ravel() + matrix[:size, size:] @ pressure).reshape(-1, 3)
-    pull = forces[x[:, 0] > 1 - 1e-9].sum(axis=0)
-    assert pull[0] == pytest.approx(0.2 * 0.01, rel=1e-9)
-    assert np.abs(forces[:, 1:]).max() < 1e-8 * pull[0]
-
-
 @pytest.mark.parametrize("nu", [0.3, 0.4999, 0.499999])
 def test_converges_to_the_point_force_field(box, nu):
     """Boussinesq's field on a box below the surface: third order in displacement, and 2e-3 on 6 cells an edge."""
@@ -127,19 +114,6 @@ def test_matrix_is_that_of_the_form_of_scikit_fem(box, space):
             number[basis.edge_dofs[c]] = 3 * space.displacement.edge_dofs[0] + c
     difference = whole(space.matrix(LAYERS))[number][:, number] - expected
     assert abs(difference).max() < 1e-13 * abs(expected).max()
-
-
-def test_displacement_elements_lock_where_taylor_hood_does_not(finger_of):
-    """Indentation by one force, over nu 0.4999 and 0.3: a locked finger is too stiff, a compressible one nobody's."""
-    depth = {
-        (element, nu): press(finger_of(element, nu).reduce(), BLOCK, force=0.3, fidelity="contact").indentation
-        for element in ELEMENTS_BY_NAME
-        for nu in (0.3, 0.4999)
-    }
-    assert depth["P2", 0.3] == pytest.approx(depth["Taylor-Hood", 0.3], rel=0.01)
-    assert depth["P2", 0.4999] < 0.97 * depth["Taylor-Hood", 0.4999]
-    assert depth["P1", 0.3] < depth["P2", 0.3]
-    assert depth["P1", 0.4999] < 0.5 * depth["Taylor-Hood", 0.4999]
 
 
 def test_a_field_of_a_displacement_element_carries_its_own_force(finger_of):

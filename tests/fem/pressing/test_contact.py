@@ -92,18 +92,6 @@ def test_every_force_is_the_single_press(reference, specimen):
     )
 
 
-def test_force_and_depth_rise_and_are_two_ways_to_one_state(reference):
-    path = loading_path(reference, Block(0.3, 10), 0.0)
-    by_force = path.at(force=0.2)
-    whole = path.whole
-    assert (np.diff(whole.depth) >= 0).all() and (np.diff(whole.force) >= 0).all()
-    assert len(set(whole.nodes)) == len(whole.nodes) > by_force.active.sum()
-    by_depth = path.at(indentation=by_force.indentation)
-    assert by_depth.force == pytest.approx(0.2, rel=1e-12)
-    assert by_depth.traction == pytest.approx(by_force.traction, abs=1e-12 * by_force.traction.max())
-    assert path.at(indentation=-1e-3) is None and path.at(force=0.0) is None
-
-
 @pytest.mark.parametrize("seed", range(20))
 def test_where_nodes_leave_again_it_says_so_and_never_errs(seed):
     """Random stiff problems, where pressure moves about: nodes come and go."""

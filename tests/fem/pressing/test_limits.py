@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import ContactRangeError, InputError
-from papilla.fem import FingerModel, press
+from papilla.fem import press
 from papilla.fem.pressing import fidelity as choice
 from papilla.fem.pressing import press as module
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.press import check_scene, linear_press, refuse_detail, too_coarse
-from papilla.fem.reduction.family import with_moduli
 from papilla.model.specimen import Block, HalfSpace, Sphere
 from papilla.references import hertz_sphere_at
 
@@ -137,13 +136,8 @@ def test_a_resolved_contact_is_right(disc, stand_in, rings):
 
 @pytest.mark.parametrize("gauges", [[2], [1, 3]], ids=["one", "mirrored"])
 def test_auto_serves_gauges_without_a_spread(linear_reference, gauges):
-    reference = linear_reference
-    finger = dataclasses.replace(
-        reference,
-        rows=reference.rows[:, gauges],
-        weights=reference.weights[:, gauges],
-        gauge_names=tuple(reference.gauge_names[number] for number in gauges),
-    )
+    kept = {name: getattr(linear_reference, name)[:, gauges] for name in ("rows", "weights")}
+    finger = dataclasses.replace(linear_reference, gauge_names=tuple("ab"[: len(gauges)]), **kept)
     lax = press(finger, BLOCK, force=0.1, tolerance=0.2)
     truth = press(finger, BLOCK, force=0.1, fidelity="contact")
     assert lax.fidelity == "hertz" and lax.sd == pytest.approx(0, abs=1e-9)
@@ -152,17 +146,11 @@ def test_auto_serves_gauges_without_a_spread(linear_reference, gauges):
     assert (off[np.isfinite(off)] > 0).all(), "the readings are compared where their spread cannot be"
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("moduli", [(0.136, 0.034), (0.538, 0.043), (0.034, 3.4)])
-def test_a_whole_range_of_scenes_is_answered_or_refused_without_a_warning(reference_model, moduli):
-    """Without friction: eleven decades of modulus, 13 of force, three specimens: finite numbers of the right sign, or a
-    refusal. Also for a stiff skin, and a soft one on a core 100 times harder."""
-    finger = FingerModel(with_moduli(reference_model.finger, *moduli), reference_model.mesh).reduce()
-    scenes = product((HalfSpace, Block, Sphere), np.geomspace(1e-5, 1e6, 5), np.geomspace(1e-10, 1e3, 9))
-    for (kind, modulus, force), fidelity in product(scenes, ("auto", "hertz")):
-        specimen = kind(modulus) if kind is HalfSpace else kind(modulus, 10 if kind is Block else 5)
+@pytest.mark.parametrize("kind", [lambda modulus: Block(modulus, 10), HalfSpace, lambda modulus: Sphere(modulus, 5)])
+def test_tiny_and_huge_forces_and_moduli_are_answered_or_refused_without_a_warning(linear_reference, kind):
+    for modulus, force, fidelity in product((1e-5, 0.3, 1e6), np.geomspace(1e-10, 1e3, 9), ("auto", "hertz")):
         with suppress(ContactRangeError):
-            found = press(finger, specimen, force=force, fidelity=fidelity, friction=0)
-            assert found.indentation > 0 and found.contact_area > 0 and found.peak_pressure > 0
+            found = press(linear_reference, kind(modulus), force=force, fidelity=fidelity)
+            assert min(found.indentation, found.contact_area, found.peak_pressure) > 0
             assert np.isfinite(found.reading).all() and found.force_balance < 1e-6

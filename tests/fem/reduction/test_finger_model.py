@@ -13,6 +13,7 @@ from papilla.fem.discrete.elements import image_of, interpolation, parity_signs
 from papilla.fem.fields import save_field
 from papilla.fem.reduction.family import family
 from papilla.fem.reduction.gauges import gauge_frame, strain_functional
+from papilla.fem.reduction.patch import Frame
 from papilla.mesh.cells import volumes
 from papilla.model.finger import Finger, Layer
 from papilla.model.materials import NeoHookean
@@ -30,15 +31,6 @@ def test_quarter_and_whole_mesh_give_the_same_reduced_finger(coarse_model, at):
     assert by_parts.indentation == pytest.approx(at_once.indentation, rel=1e-9)
     assert 4 - 3 * (at != (0, 0)) == coarse_model.reduce(at).multiplicity
     assert whole_model.reduce(at).multiplicity == 1
-
-
-def test_mirrored_touch_downs_give_mirrored_readings(coarse_model):
-    here = press(coarse_model.reduce((4.0, 3.0)), BLOCK, force=0.3)
-    left = press(coarse_model.reduce((-4.0, 3.0)), BLOCK, force=0.3)
-    behind = press(coarse_model.reduce((4.0, -3.0)), BLOCK, force=0.3)
-    assert left.reading == pytest.approx(here.reading[::-1], rel=1e-9)
-    assert behind.reading == pytest.approx(here.reading, rel=1e-9), "the gauges lie in the plane y = 0"
-    assert np.abs(here.reading - here.reading[::-1]).max() > 0.1 * here.reading.max()
 
 
 @pytest.mark.parametrize("at", [(0.0, 0.0), (4.0, 3.0)])
@@ -105,24 +97,7 @@ def test_bone_and_mesh_go_together(dome):
             FingerModel(finger, mesh)
 
 
-def test_recovered_field_is_in_balance_with_the_press(coarse_model, coarse):
-    found = press(coarse, BLOCK, force=0.3, fidelity="contact")
-    field = recover(coarse_model, coarse, found)
-    mesh = coarse_model.mesh
-    assert field.displacement.shape == mesh.points.shape and field.strain.shape == (len(mesh.tets), 3, 3)
-    assert np.abs(field.displacement[np.unique(mesh.boundaries["base"])]).max() == 0
-    apex = int(np.argmax(mesh.points[:, 2]))
-    assert -found.indentation < field.displacement[apex, 2] < -0.3 * found.indentation
-    volume = np.trace(field.strain, axis1=1, axis2=2)
-    # Incompressible in the mean of each patch of cells, so for the whole; on so coarse a mesh not cell by cell
-    size = volumes(mesh.points, mesh.tets)
-    assert abs(volume @ size) < 1e-3 * (np.abs(field.strain).max(axis=(1, 2)) @ size)
-    for mirror in ([-1, 1, 1], [1, -1, 1]):
-        image = cKDTree(mesh.points).query(mesh.points * mirror)[1]
-        assert field.displacement[image] == pytest.approx(field.displacement * mirror, abs=1e-12)
-
-
-def test_the_stress_carries_the_force_through_the_finger(coarse_model, loaded_patch):
+def test_the_stress_carries_the_force_through_the_finger(coarse_model):
     """Of a press at the apex and of one beside it, in a plane between the contact and the bone."""
     import pyvista as pv
 
@@ -130,14 +105,19 @@ def test_the_stress_carries_the_force_through_the_finger(coarse_model, loaded_pa
     for at in ((0.0, 0.0), (5.0, -3.0)):
         reduced = coarse_model.reduce(at)
         found = press(reduced, BLOCK, force=0.3, fidelity="contact", friction=0)
-        stress = recover(coarse_model, reduced, found).stress
+        field = recover(coarse_model, reduced, found)
+        stress = field.stress
+        assert np.abs(field.displacement[np.unique(mesh.boundaries["base"])]).max() == 0
+        assert -found.indentation < field.displacement[:, 2].min() < -0.3 * found.indentation
+        # Incompressible in the mean of each patch of cells, so for the whole; on so coarse a mesh not cell by cell
+        volume, size = np.trace(field.strain, axis1=1, axis2=2), volumes(mesh.points, mesh.tets)
+        assert abs(volume @ size) < 1e-3 * (np.abs(field.strain).max(axis=(1, 2)) @ size)
         assert np.array_equal(stress, stress.transpose(0, 2, 1))
         grid = pv.UnstructuredGrid({pv.CellType.TETRA: mesh.tets}, mesh.points)
         grid.cell_data["down"] = stress[:, 2]
         plane = grid.slice("z", origin=(0, 0, 12.01)).compute_cell_sizes()
         force = plane["Area"] @ plane["down"]
-        normal = coarse_model.surfaces["skin"].normal(loaded_patch(coarse_model, at).frame.origin[None])[0]
-        assert force == pytest.approx(-0.3 * normal, abs=0.03)
+        assert force == pytest.approx(-0.3 * Frame.at(coarse_model.surfaces["skin"], *at).axes[2], abs=0.03)
 
 
 def test_cards_and_elastic_bones_are_refused():

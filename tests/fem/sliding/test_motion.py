@@ -43,13 +43,10 @@ def test_a_motion_that_is_none_is_refused(t, x, seconds, message):
         Motion.sampled(t, x, 100.0, seconds)
 
 
-@pytest.mark.parametrize(
-    "seconds, rate, message",
-    [(2001.0, 1000.0, "2001 s at 1000 Hz are more than 2,000,000 samples"), (0.001, 1000.0, "fewer than two samples")],
-)
-def test_scenes_have_two_samples_to_two_million(seconds, rate, message):
-    with pytest.raises(InputError, match=message):
-        Motion.steady(1.0, seconds, rate)
+def test_scenes_have_two_samples_to_two_million():
+    for seconds, message in ((2001.0, "2001 s at 1000 Hz are more than 2,000,000 "), (0.001, "fewer than two samples")):
+        with pytest.raises(InputError, match=message):
+            Motion.steady(1.0, seconds)
     assert len(Motion.steady(1.0, 2000.0).t_s) == 2_000_000 and len(Motion.steady(1.0, 0.002).t_s) == 2
 
 

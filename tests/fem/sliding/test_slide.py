@@ -13,7 +13,7 @@ from papilla.fem.sliding.coulomb import STICKING_NODE
 from papilla.fem.sliding.dynamics import Modal, loss_factors
 from papilla.fem.sliding.section import Modes
 from papilla.fem.sliding.slide import amplify, choose_dynamics, highest_frequency
-from papilla.fem.sliding.tying import RIGID_FLAT, refuse_end
+from papilla.fem.sliding.tying import RIGID_FLAT
 from papilla.model.textures import Flat, MeasuredProfile
 
 GRATING = Grating(0.9, 0.9, 0.3)
@@ -22,15 +22,6 @@ SLOW = {"force": 0.1, "length_mm": 5.0, "dynamics": "quasi-static"}
 
 def steady(speed, millimetres, rate=1000.0):
     return Motion.steady(speed, millimetres / abs(speed), rate)
-
-
-def test_a_flat_gives_a_constant_signal(finger, coarse):
-    found = slide(finger, Flat(), steady(50.0, 10.0), section=coarse, friction=0.4, **SLOW)
-    late = found.readings[100:]
-    assert np.ptp(late, axis=0).max() < 1e-6 * np.abs(late).max()
-    assert found.status == "ok"
-    np.testing.assert_allclose(found.force_N, 0.1, rtol=1e-9)
-    np.testing.assert_allclose(found.tangential_N[found.sliding], 0.04, rtol=1e-9)
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.5, 1.5])
@@ -76,22 +67,6 @@ def test_lift_off_and_landing_on_a_step(finger, coarse):
     assert not found.readings[free].any() and found.unresolved == 0
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.4])
-def test_the_signal_settles_as_steps_shrink(finger, coarse, friction):
-    """At first order at least: slip counts over the whole of a step, and a node touches from the end of one. A step is
-    a sample where samples are close."""
-    wavy = Grating(0.9, 0.9, 0.05, form="sine")
-
-    def signal(finer):
-        motion = steady(18.0, 3.6, 400.0 * finer)
-        return slide(finger, wavy, motion, section=coarse, friction=friction, **SLOW).readings[:: 8 * finer]
-
-    exact = signal(32)
-    errors = [np.sqrt(np.mean((signal(finer) - exact) ** 2)) for finer in (1, 2, 4)]
-    assert errors[0] > 1.5 * errors[1] > 1.5**2 * errors[2]
-    assert errors[1] < 0.01 * exact.std(axis=0).max()
-
-
 def test_inertia_closes_its_energy_and_vanishes_when_slow(finger, coarse):
     fast = slide(finger, GRATING, steady(120.0, 12.0), section=coarse, friction=0.3, force=0.1, length_mm=5.0)
     assert fast.dynamics == "modal"
@@ -114,6 +89,7 @@ def test_inertia_closes_its_energy_and_vanishes_when_slow(finger, coarse):
         ({"force": 0.0}, InputError, r"force \(N\) must be greater than 0"),
         ({"force": None, "depth": -0.1}, InputError, r"press depth \(mm\) must lie between 0 and 1000"),
         ({"friction": -0.1}, InputError, "friction must lie between 0 and 3"),
+        ({"friction": "stick"}, InputError, "a finger that slides does not stick: friction must be between 0 and 3"),
         ({"dynamics": "fast"}, InputError, "dynamics must be one of auto, quasi-static, modal"),
         ({"force": 500.0}, ContactRangeError, "reaches the end of its patch"),
     ],
@@ -121,14 +97,8 @@ def test_inertia_closes_its_energy_and_vanishes_when_slow(finger, coarse):
 def test_bad_scenes_are_refused_in_one_line(finger, coarse, changed, error, message):
     with pytest.raises(error, match=message):
         slide(finger, GRATING, steady(10.0, 0.1), section=coarse, **{**SLOW, **changed})
-
-
-def test_a_slide_that_sticks_or_has_the_section_of_another_finger_is_refused(finger, coarse):
-    scene = {"force": 0.1, "length_mm": 5.0, "section": coarse}
-    with pytest.raises(InputError, match="a finger that slides does not stick: friction must be between 0 and 3"):
-        slide(finger, GRATING, steady(80.0, 8.0), friction="stick", **scene)
     with pytest.raises(InputError, match="section is of another finger: it has 5 gauges, the finger 2"):
-        slide(replace(finger, gauges=finger.gauges[:2]), GRATING, steady(80.0, 8.0), **scene)
+        slide(replace(finger, gauges=finger.gauges[:2]), GRATING, steady(10.0, 0.1), section=coarse, **SLOW)
 
 
 def test_the_amplifier_passes_up_to_four_tenths_of_the_rate():
@@ -155,16 +125,6 @@ def test_at_rest_it_is_a_press(finger, coarse, load, friction):
     np.testing.assert_allclose(found.force_N, true.force, rtol=1e-6)
     assert found.tied.press.friction == true.friction
     assert found.friction == (friction or 0.0)
-
-
-def test_a_section_whose_contact_reaches_its_end_is_refused(coarse):
-    for end in (0, -1):
-        pressing = np.zeros(len(coarse.x))
-        pressing[len(pressing) // 2] = 1.0
-        refuse_end(pressing, coarse)
-        pressing[end] = 1e-3
-        with pytest.raises(ContactRangeError, match=r"reaches the end of its patch, \S+ mm from the apex: press less"):
-            refuse_end(pressing, coarse)
 
 
 OMEGA, LOSS, STEP = 300.0, 0.2, 1e-4
