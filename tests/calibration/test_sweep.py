@@ -30,8 +30,8 @@ def table(reduced):
 
 def test_every_press_is_a_row_and_a_failed_one_says_why(reduced, table):
     steps = []
-    again = sweep(reduced, MODULI, FORCES, progress=lambda done, total: steps.append((done, total)))
-    assert steps == [(k, 6) for k in range(1, 7)]
+    again = sweep(reduced, MODULI, FORCES, progress=steps.append)
+    assert [(step.done, step.total) for step in steps] == [(k, 6) for k in range(1, 7)]
     np.testing.assert_array_equal(again.reading, table.reading)
     assert table.modulus_MPa.tolist() == [0.025] * 3 + [0.5] * 3 and table.force_N.tolist() == [0.1, 0.3, 5.0] * 2
     assert table.valid.tolist() == [True, True, False] * 2

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
+from papilla.core.progress import CountedStep
 from papilla.core.tables import TableReader
 from papilla.design import DesignScene, read_study, run_study
 from papilla.design.batch import Batch, Done, check_done, evaluate, version
@@ -30,11 +31,12 @@ def table_of(path):
 
 def test_a_study_becomes_tables_a_page_and_fingers(ran, tmp_path):
     stages = []
-    found = ran(('"made up"', "'$\\bad{$ <b>'"), stage=lambda line, done, total: stages.append((done, total)))
+    found = ran(('"made up"', "'$\\bad{$ <b>'"), progress=stages.append)
     told = summary(found)
     json.dumps(told)
-    assert (told["designs"], told["failed"], told["reused"]) == (12, 0, 0) and stages[-1] == (12, 12)
-    assert stages == sorted(stages) and found.tally.spent["scenes"] > 0
+    assert (told["designs"], told["failed"], told["reused"]) == (12, 0, 0)
+    done = [step.done for step in stages if isinstance(step, CountedStep)]
+    assert done == sorted(done) and done[-1] == 12 and found.tally.spent["scenes"] > 0
     columns = table_of(tmp_path / "out" / "designs.csv")
     assert len(columns["design"]) == 12 and columns["front"].sum() == told["front"]
     best = told["best"][0]["objectives"]["sigma_sd"]
@@ -65,11 +67,12 @@ def test_a_run_that_stopped_goes_on_and_other_names_share_what_is_known(ran, mad
 
     class StoppedError(Exception): ...
 
-    def stop(line, done, total):
-        raise StoppedError
+    def stop(step):
+        if isinstance(step, CountedStep):
+            raise StoppedError
 
     with pytest.raises(StoppedError):
-        ran(shared, stage=stop)
+        ran(shared, progress=stop)
     first, again = ran(shared, out="a"), ran(shared, ("made up", "another name"), out="b")
     assert first.tally.reused == again.tally.reused == 12, "what was stored before the stop is not run again"
     np.testing.assert_array_equal(first.results.found, again.results.found)
