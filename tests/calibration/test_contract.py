@@ -1,13 +1,12 @@
 """What a calibration holds for any finger: simulate, measure, correct, recover; over a hundred that are drawn."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from made_up_sweep import make_sweep, true_sd
 
-from papilla.calibration import BicubicSurface, Calibration, SoftnessStatus, fit
+from papilla.calibration import Calibration, SoftnessStatus, fit
 
 SEEDS = range(100)
 MODULI, FORCES = np.geomspace(0.02, 5, 14), np.geomspace(0.05, 1, 12)
@@ -53,7 +52,7 @@ def test_a_modulus_is_recovered_and_predict_of_invert_is_the_identity(seed):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_saved_and_loaded_or_rebuilt_from_its_coefficients_it_is_the_same(seed, tmp_path):
+def test_saved_and_loaded_it_is_the_same(seed, tmp_path):
     calibration, _, force, modulus = drawn(seed)
     sd = calibration.predict(force, modulus)
     calibration.save(tmp_path / "c.json")
@@ -62,11 +61,6 @@ def test_saved_and_loaded_or_rebuilt_from_its_coefficients_it_is_the_same(seed, 
     np.testing.assert_array_equal(loaded.predict_readings(force, modulus), calibration.predict_readings(force, modulus))
     loaded.save(tmp_path / "again.json")
     assert (tmp_path / "again.json").read_bytes() == (tmp_path / "c.json").read_bytes()
-    part = json.loads((tmp_path / "c.json").read_text())["softness"]["surface"]
-    surface = BicubicSurface(tuple(part["force_N"]), tuple(part["modulus_MPa"]), np.array(part["coefficients"]))
-    np.testing.assert_array_equal(np.exp(surface(force, modulus)), sd)
-    rebuilt = replace(calibration, surface=replace(calibration.surface, surface=surface))
-    np.testing.assert_array_equal(answers(rebuilt, sd, force), answers(calibration, sd, force))
 
 
 @pytest.mark.parametrize("seed", SEEDS[::10])

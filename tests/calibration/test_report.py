@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibration import SoftnessStatus, fit
+from papilla.calibration import SoftnessStatus
 from papilla.calibration.fitting import page
 from papilla.calibration.fitting.job import Calibrated, Recovery
 from papilla.calibration.fitting.page import AnswerMap, force_cost, slopes, write_report
 from papilla.core.errors import InputError
-from papilla.model.finger import Finger
 from papilla.view.page import number
 
 
@@ -97,28 +96,6 @@ def test_a_sweep_without_its_finger_is_refused(swept, tmp_path):
     with pytest.raises(InputError, match="needs the finger"):
         write_report(tmp_path / "report.html", replace(swept, reduced=object()))
     assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.slow
-def test_the_report_of_the_default_finger_shows_its_field(read, tmp_path, monkeypatch):
-    from papilla import fem
-    from papilla.calibration import sweep
-    from papilla.calibration.fitting.job import recover
-
-    finger = Finger.default()
-    reduced = fem.prepare(finger)
-    presses = sweep(reduced, np.geomspace(0.02, 5, 14), np.geomspace(0.05, 1, 12))
-    calibration = fit(presses)
-    lines: list[str] = []
-    done = Calibrated(calibration, presses, recover(calibration, reduced, "stick"), reduced)
-    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "cache"))  # Other tests draw this field, too
-    found = read(done, finger=finger, progress=lines.append)
-    assert any(source.startswith("data:image/png") for source in found.addresses)
-    assert "No independent mesh" in found.text
-    assert "recovering the strain field" in lines
-    again: list[str] = []
-    assert read(done, finger=finger, progress=again.append).text == found.text
-    assert not again, "the second report computed its field anew"
 
 
 def test_slopes_are_those_of_the_surface(calibration):

@@ -27,7 +27,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture
 def real(study_file):
     """A study of one geometry, which is in the cache afterwards."""
-    path = study_file(("designs = 12", "designs = 200"), own=True)
+    path = study_file(("designs = 12", "designs = 200"), ("[0.1, 0.6]", "[0.15, 0.36]"), own=True)
     study = read_study(path)
     study.in_scene(study.finger)
     return path
