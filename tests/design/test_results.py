@@ -43,8 +43,6 @@ def results_of(study_file):
         ([(0.3, 4), (0.2, 5), (0.2, 6)], [True] * 3, [False, False, True]),
         ([(0.2, 5), (0.2, 5), (0.3, 5)], [True] * 3, [True, True, False]),
         ([(0.2, 5), (0.3, 4), (0.4, 3)], [False, True, True], [False, True, False]),
-        ([(0.2, 5)], [False], [False]),
-        ([(0.2, -5)], [True], [True]),
     ],
 )
 def test_the_front_holds_what_is_beaten_by_none_that_meets_all_limits(results_of, found, feasible, front):

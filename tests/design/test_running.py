@@ -113,8 +113,7 @@ def test_a_price_is_of_the_designs_and_geometries_of_the_study(made_up):
 @pytest.mark.slow
 def test_a_real_study_finds_what_physics_says(study_file, tmp_path):
     """A harder finger strains less, and tells hard specimens better; processes give what this process gives."""
-    own = '"gauges.spread_deg" = { low = 20.0, high = 50.0 }', '"gauges.lever_mm" = [-1.0, 0.0]'
-    study = read_study(study_file(own))
+    study = read_study(study_file(own=True))
     here, there = (run_study(study, tmp_path / str(k), workers=k, with_page=False) for k in (0, 2))
     np.testing.assert_allclose(here.results.found, there.results.found, rtol=1e-9)
     effects = {(one.parameter, one.objective): one for one in here.results.effects}
@@ -137,7 +136,12 @@ def test_a_batch_of_another_version_is_left_to_others(made_up_geometry):
     assert set(done.spent) == {"gauges", "scenes"} and 10 < done.memory_MB < 1e5
 
 
-ANSWERS = {
+def of_record(**values):
+    """Changes of the first record that a worker sends."""
+    return lambda done: replace(done, records=(replace(done.records[0], **values), *done.records[1:]))
+
+
+FORGED = {
     "nothing": lambda done: None,
     "a list of records": lambda done: replace(done, records=list(done.records)),
     "a record too few": lambda done: replace(done, records=done.records[1:]),
@@ -146,26 +150,16 @@ ANSWERS = {
     "another finger": lambda done: replace(done, records=done.records[::-1]),
     "no number of seconds": lambda done: replace(done, spent={"scenes": math.nan}),
     "no memory": lambda done: replace(done, memory_MB="much"),
-}
-RECORDS = {
-    "no number": {"found": {"sigma_sd": math.nan}},
-    "another objective": {"found": {"sigma_gauges": 0.1}},
-    "no table": {"found": [0.1]},
-    "two lines": {"found": {}, "status": "no\nmesh"},
-    "no reason": {"found": {}, "status": ""},
-    "no hash": {"finger_sha256": "f"},
+    "no number": of_record(found={"sigma_sd": math.nan}),
+    "another objective": of_record(found={"sigma_gauges": 0.1}),
+    "no table": of_record(found=[0.1]),
+    "two lines": of_record(found={}, status="no\nmesh"),
+    "no reason": of_record(found={}, status=""),
+    "no hash": of_record(finger_sha256="f"),
 }
 
 
-@pytest.mark.parametrize(
-    "forge",
-    [
-        *ANSWERS.values(),
-        *(lambda done, of=of: replace(done, records=(replace(done.records[0], **of), done.records[1]))
-          for of in RECORDS.values()),
-    ],
-    ids=[*ANSWERS, *RECORDS],
-)  # fmt: skip
+@pytest.mark.parametrize("forge", FORGED.values(), ids=FORGED)
 def test_what_a_worker_sends_is_checked(made_up_geometry, forge):
     other = made(FINGER, {"outer.modulus_MPa": 0.3})
     batch = Batch((FINGER, other), FINGER, Places.of(FINGER), DesignScene(), ("sigma_sd",), version(), made_up_geometry)
