@@ -75,14 +75,6 @@ def test_nodes_lines_and_curves(surface):
             assert curve.solve(value, 0, CELLS[1]) == pytest.approx((y, slope), rel=1e-10, abs=1e-11)
 
 
-def test_a_curve_is_solved_between_the_nodes_it_is_told(surface):
-    curve = surface.curve(math.log(0.3))
-    for low, high in ((0, 2), (1, 4), (3, 5)):
-        for value, end in ((curve.values[low], low), (curve.values[high], high)):
-            node = math.log(surface.modulus_axis.nodes[end])
-            assert curve.solve(value, low, high)[0] == pytest.approx(node, abs=1e-12)
-
-
 def test_outside_the_domain_there_is_nothing(surface):
     assert np.isnan(surface([0.0499, 1.001, 0.5, 0.5], [0.1, 0.1, 0.0199, 5.001])).all()
     assert np.isfinite(surface([0.05, 1.0], [0.02, 5.0])).all()

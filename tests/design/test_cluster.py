@@ -217,12 +217,6 @@ def test_a_scheduler_serves_who_has_its_certificates_alone(certificates, real, t
             assert refused.returncode == 2 and said in last
 
 
-def test_an_open_scheduler_serves_who_asks_for_it(real, tmp_path):
-    with dask_cluster(tmp_path) as address:
-        found = answer(command(real, "--out", tmp_path / "out", "--json", "--scheduler", address, "--insecure"))
-        assert found["designs"] == 200 and found["failed"] == 0
-
-
 @pytest.mark.parametrize("broken", ["ca", "cert", "key"])
 def test_files_that_are_no_certificates_are_one_line(certificates, tmp_path, broken):
     ours = {key: certificates / f"ours-{key}.pem" for key in ("ca", "cert", "key")}
