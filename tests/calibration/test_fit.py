@@ -36,8 +36,7 @@ def test_presses_without_readings_are_neither_dropped_nor_bridged(truth):
 
 def test_coarse_presses_are_confessed(truth):
     forces = np.geomspace(0.05, 1, 12)
-    resolved = np.tile(forces > 0.06, 12)
-    notes = fit(truth.sweep(np.geomspace(0.05, 1, 12), forces, resolved=resolved)).notes
+    notes = fit(truth.sweep(np.geomspace(0.05, 1, 12), forces, resolved=np.tile(forces > 0.06, 12))).notes
     assert any(note.startswith("12 of 144 presses are too light for the mesh") for note in notes)
 
 

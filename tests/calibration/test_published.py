@@ -85,9 +85,6 @@ def test_depths_are_those_of_a_rigid_flat_and_the_benchs_touch_down():
         assert one.error == pytest.approx(one.depth_mm / one.published_mm - 1)
 
 
-# ---- The exact inverse
-
-
 @pytest.mark.parametrize("sign", [1, -1])
 def test_inverse_of_forward_is_the_identity_on_the_rising_branch(sign):
     """Of seeded quadratics that turn inside the range: only one side has an inverse, and nothing beyond is answered."""
@@ -113,9 +110,6 @@ def test_the_ends_of_the_rising_range_are_answered_and_a_quadratic_that_falls_ha
     assert falling.modulus_MPa is None and np.isnan(falling(400.0, 50.0))
     with pytest.raises(InputError, match="E2 coefficient is 0"):
         invert_quadratic((0, 10, 0, 1, 0), (0.089, 0.72))
-
-
-# ---- The regression
 
 
 def terms(f, E):

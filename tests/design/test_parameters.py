@@ -29,10 +29,10 @@ def test_a_row_of_gauges_keeps_its_spread_and_a_spread_its_row():
     assert [gauge.angle_deg for gauge in made(FINGER, {"gauges.count": 1}).gauges] == [0.0]
     wide = made(FINGER, {"gauges.spread_deg": 50.0, "gauges.count": 3})
     assert [gauge.angle_deg for gauge in wide.gauges] == [-50.0, 0.0, 50.0]
+    assert len(made(FINGER, {"gauges.count": 16}).gauges) == 16
     for count in (0, 17, 2.5):
         with pytest.raises(InputError, match="whole number from 1 to 16"):
             made(FINGER, {"gauges.count": count})
-    assert len(made(FINGER, {"gauges.count": 16}).gauges) == 16
 
 
 def test_values_of_gauges_and_layers():
@@ -74,9 +74,6 @@ def test_a_row_is_of_the_first_gauge_and_ridges_grow_with_the_body():
     assert ridged.ridges == Ridges(0.6, 0.2, 0.1)
 
 
-# ---- Ranges
-
-
 def test_a_range_is_even_or_even_in_the_logarithm():
     even, log = Free("a", 10.0, 30.0, False, 5), Free("b", 0.1, 10.0, True, 3)
     some = Free("c", 1.0, 4.0, False, 3, (4.0, 1.0, 2.0))
@@ -113,9 +110,6 @@ def test_a_study_needs_the_places_that_it_varies(study_file):
     assert [one.name for one in coupled.outer] == ["outer.modulus_MPa", "shape.skin_mm"]
 
 
-# ---- Samples
-
-
 def test_as_many_designs_as_asked_in_as_many_geometries(study_file):
     shaped = ('"gauges.spread_deg" = { low = 20.0, high = 50.0 }', '"shape.skin_mm" = [2.0, 4.0]')
     study = read_study(study_file(shaped, ("designs = 12", "designs = 11\ngeometries = 3")))
@@ -143,9 +137,6 @@ def test_an_optimiser_asks_for_whole_generations_within_the_ranges(study_file):
     asked.clear()
     sampling.optimised(replace(study, sampler=replace(study.sampler, designs=4)), score)
     assert asked[0] == 5 and len(asked) == 2
-
-
-# ---- Places and geometries
 
 
 def test_places_of_a_dome_and_a_slab():
@@ -205,9 +196,6 @@ def test_a_gauge_moves_by_millimetres():
         there = moved(Gauge("g", angle_deg=angle), SHAPE, 0.1).angle_deg
         t, (a, _, c) = np.radians([angle, there]), SHAPE.interface
         assert math.hypot(a * np.ptp(np.sin(t)), c * np.ptp(np.cos(t))) == pytest.approx(0.1, rel=1e-2)
-
-
-# ---- Geometries
 
 
 def test_a_finger_a_third_as_large_has_the_large_strain_of_the_FINGER(tmp_path, monkeypatch):

@@ -123,9 +123,6 @@ def test_a_real_study_finds_what_physics_says(study_file, tmp_path):
     assert all("specimen of 0.05 MPa is too soft" in why for why in here.results.failures.values())
 
 
-# ---- Batches and results
-
-
 def test_a_batch_of_another_version_is_left_to_others(made_up_geometry):
     batch = Batch((FINGER,), FINGER, Places.of(FINGER), DesignScene(), ("sigma_sd",), "0.0 (old)", made_up_geometry)
     assert evaluate(batch) == Done((), version(), {}, 0.0)
@@ -168,9 +165,6 @@ def test_what_a_worker_sends_is_checked(made_up_geometry, forge):
     with pytest.raises(InputError) as refused:
         check_done(forge(done), batch)
     assert "\n" not in str(refused.value) and len(str(refused.value)) < 1000
-
-
-# ---- What a study costs
 
 
 @pytest.mark.parametrize("geometries, workers, seconds", [(1, 1, 20.0), (3, 1, 36.0), (3, 2, 18.0)])
