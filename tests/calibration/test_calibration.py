@@ -18,7 +18,7 @@ from papilla.calibration import (
     SoftnessStatus,
     Uncertainty,
 )
-from papilla.calibration.document import CALIBRATION_SCHEMA, to_document
+from papilla.calibration.document import to_document
 from papilla.calibration.surface import BicubicSurface
 from papilla.core.errors import FileAccessError, FileFormatError, InputError
 
@@ -73,9 +73,7 @@ def test_scalars_and_arrays_agree():
         (1e9, 0.5, SoftnessStatus.HARDER, (math.inf, math.inf)),
         (math.nan, 0.5, SoftnessStatus.BAD_INPUT, (math.nan, math.nan)),
         (0.0, 0.5, SoftnessStatus.BAD_INPUT, (math.nan, math.nan)),
-        (20000.0, math.nan, SoftnessStatus.BAD_INPUT, (math.nan, math.nan)),
         (20000.0, -0.1, SoftnessStatus.BAD_INPUT, (math.nan, math.nan)),
-        (math.inf, 0.5, SoftnessStatus.BAD_INPUT, (math.nan, math.nan)),
     ],
 )
 def test_never_a_modulus_outside_the_domain(sd, force, status, interval):
@@ -85,40 +83,32 @@ def test_never_a_modulus_outside_the_domain(sd, force, status, interval):
     assert answer.interval == pytest.approx(interval, nan_ok=True)
 
 
-def test_just_beyond_the_hardest_the_interval_has_one_end():
+def test_just_beyond_the_domain_the_interval_has_one_end():
+    """Beyond an end the slope by force of that end stands for the unknown one: its noise widens the interval."""
     calibration = record(fit_rms=0.01)
-    answer = calibration.invert(1.002 * calibration.predict(0.5, MODULUS[1]), 0.5)
-    assert answer.status is SoftnessStatus.HARDER
-    assert 0.02 < answer.lower_MPa < 5 and answer.upper_MPa == math.inf
-
-
-def test_just_beyond_the_softest_the_interval_begins_at_zero():
-    calibration = record(fit_rms=0.01)
-    answer = calibration.invert(0.998 * calibration.predict(0.5, MODULUS[0]), 0.5)
-    assert answer.status is SoftnessStatus.SOFTER
-    # Beyond an end the slope by force of that end stands for the unknown one: its noise widens the interval
-    noisy = calibration.invert(0.998 * calibration.predict(0.5, MODULUS[0]), 0.5, force_sigma=0.02)
+    hard = calibration.invert(1.002 * calibration.predict(0.5, MODULUS[1]), 0.5)
+    assert hard.status is SoftnessStatus.HARDER and 0.02 < hard.lower_MPa < 5 and hard.upper_MPa == math.inf
+    sd = 0.998 * calibration.predict(0.5, MODULUS[0])
+    soft, noisy = (calibration.invert(sd, 0.5, force_sigma=sigma) for sigma in (0.0, 0.02))
+    assert soft.status is SoftnessStatus.SOFTER
     slope = calibration.surface.surface.slopes(0.5, MODULUS[0])[0]
-    half = math.hypot(1.96 * 0.01, 1.96 * slope * 0.02 / 0.5)
-    reached = 0.998 * calibration.predict(0.5, MODULUS[0]) * math.exp(half)
-    assert answer.lower_MPa == noisy.lower_MPa == 0.0 < MODULUS[0] < answer.upper_MPa < noisy.upper_MPa
+    reached = sd * math.exp(math.hypot(1.96 * 0.01, 1.96 * slope * 0.02 / 0.5))
+    assert soft.lower_MPa == noisy.lower_MPa == 0.0 < MODULUS[0] < soft.upper_MPa < noisy.upper_MPa
     assert calibration.predict(0.5, noisy.upper_MPa) == pytest.approx(reached, rel=1e-3)
 
 
 def test_sigma_is_that_of_the_inputs_over_the_slope():
     calibration, force, modulus = record(fit_rms=0.0), 0.5, 0.5
-    sd = calibration.predict(force, modulus)
-    step = 1e-5
+    sd, step = calibration.predict(force, modulus), 1e-5
     slope = np.log(calibration.predict(force, modulus * (1 + step)) / sd) / step
     by_force = np.log(calibration.predict(force * (1 + step), modulus) / sd) / step
-    assert calibration.invert(sd, force, sd_sigma=0.01 * sd).sigma_MPa == pytest.approx(
-        modulus * 0.01 / slope, rel=1e-3
-    )
-    expected = modulus * by_force * 0.01 / slope
-    assert calibration.invert(sd, force, force_sigma=0.01 * force).sigma_MPa == pytest.approx(expected, rel=1e-3)
-    of_mesh = record(0.0, scatter=0.01).invert(sd, force).sigma_MPa
-    assert of_mesh == pytest.approx(modulus * 0.01 * 2.04 / 1.96 / slope, rel=1e-3)
-    assert record(0.01).invert(sd, force).sigma_MPa == pytest.approx(modulus * 0.01 / slope, rel=1e-3)
+    for found, expected in (
+        (calibration.invert(sd, force, sd_sigma=0.01 * sd), 1.0),
+        (calibration.invert(sd, force, force_sigma=0.01 * force), by_force),
+        (record(0.0, scatter=0.01).invert(sd, force), 2.04 / 1.96),
+        (record(0.01).invert(sd, force), 1.0),
+    ):
+        assert found.sigma_MPa == pytest.approx(modulus * 0.01 * expected / slope, rel=1e-3)
     with pytest.raises(InputError, match="must not be negative"):
         calibration.invert(sd, force, sd_sigma=-1.0)
 
@@ -134,8 +124,7 @@ def with_friction(calibration, shift=0.03):
     return replace(calibration, surface=doubted(calibration.surface, shift), gauges=gauges)
 
 
-@pytest.mark.parametrize("shift", [0.03, -0.02, 0.002])
-@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("shift, share", [(0.03, 0.0), (-0.02, 0.5), (-0.02, 1.0), (0.002, 0.5)])
 def test_friction_that_is_not_known_is_inside_the_interval(shift, share):
     """Noisy S_d of a press with some share of what no friction changes: ends are missed in 5 %, the middle less."""
     calibration, rng = with_friction(record(fit_rms=0.0), shift), np.random.default_rng(7)
@@ -154,13 +143,6 @@ def test_what_is_not_known_of_friction_is_in_the_file(tmp_path):
     for one, other in zip((calibration.surface, *calibration.gauges), (again.surface, *again.gauges), strict=True):
         assert other.uncertainty.strain == one.uncertainty.strain == 1e-3
         assert other.uncertainty.friction(0.3, 0.3) == one.uncertainty.friction(0.3, 0.3)
-    document = json.loads((tmp_path / "c.json").read_text())
-    for part in (document["softness"]["surface"], *document["softness"]["gauges"]):
-        del part["uncertainty"]["friction"], part["uncertainty"]["strain"]
-    (tmp_path / "older.json").write_text(json.dumps(document))
-    with pytest.warns(UserWarning, match="checksum does not match"):
-        older = Calibration.load(tmp_path / "older.json")
-    assert older.surface.uncertainty.friction is None and older.dominant == "fit"
 
 
 def test_hard_specimens_are_not_identifiable():
@@ -178,32 +160,11 @@ def test_double_values_are_not_identifiable():
     usable = np.tile([0, 8], (6, 1))
     edge = whole.surface.surface.modulus_axis.nodes[8]
     twofold = np.tile(np.log([whole.predict(0.5, 0.8 * edge), whole.predict(0.5, 5.0)]), (6, 1))
-    part = Calibration(
-        whole.finger, whole.mesh, whole.forward, whole.inverse,
-        SdSurface(whole.surface.surface, usable, twofold, whole.surface.uncertainty), whole.gauges, {},
-    )  # fmt: skip
+    surface = SdSurface(whole.surface.surface, usable, twofold, whole.surface.uncertainty)
+    part = replace(whole, surface=surface)
     assert part.invert(whole.predict(0.5, 0.5 * edge), 0.5).status is SoftnessStatus.OK
     doubled = part.invert(whole.predict(0.5, 0.9 * edge), 0.5)
     assert doubled.status is SoftnessStatus.NOT_IDENTIFIABLE and math.isnan(doubled.modulus_MPa)
-
-
-def test_the_file_has_the_documented_keys(tmp_path):
-    record().save(tmp_path / "c.json")
-    document = json.loads((tmp_path / "c.json").read_text())
-    assert document["schema"] == CALIBRATION_SCHEMA == "papilla.calibration/1"
-    forward, inverse = document["softness"]["forward"], document["softness"]["inverse"]
-    assert forward["form"] == "quadratic" and forward["terms"] == ["f2", "f", "E2", "E", "1"]
-    assert forward["units"] == {"f": "gf", "E": "MPa", "sd": "microstrain"}
-    assert {"coefficients", "stderr", "covariance", "rms", "max"} <= set(forward)
-    assert inverse["terms"] == ["sd", "f2", "f", "1"]
-    assert {"coefficients", "shift", "branch", "modulus_MPa"} <= set(inverse)
-    assert {"surface", "gauges"} <= set(document["softness"])
-    assert set(document["domain"]) == {"force_N", "modulus_MPa"}
-    assert {"name", "sha256"} <= set(document["finger"]) and "provenance" in document and "mesh" in document
-
-
-NO_COVARIANCE = (np.eye(5) + 2 * (np.eye(5, k=1) + np.eye(5, k=-1))).tolist()
-"""Symmetric, and positive on its diagonal, but with correlations of 2."""
 
 
 def put(document, value, *keys):
@@ -225,18 +186,14 @@ BESIDE = ("softness", "position")
     "keys, value, message",
     [
         (("schema",), "papilla.calibration/2", "schema is 'papilla.calibration/2', this version"),
-        (("schema",), ..., "schema is None"),
         (("softness", "inverse", "shift"), ..., "key softness.inverse.shift is missing"),
         ((*FORWARD, "rms"), "high", "softness.forward.rms must be a valid number, got 'high'"),
         ((*FORWARD, "rms"), math.nan, "not valid JSON .NaN is no number"),
-        ((*FORWARD, "max"), True, "must be a valid number, got True"),
         ((*FORWARD, "max"), 10**400, "not valid JSON .10{39}.* is too long for a number"),
-        ((*FORWARD, "max"), 10**399, "must be a"),
         ((*FORWARD, "terms"), ["E"], "softness.forward.terms must be"),
         ((*FORWARD, "stderr"), [-1, 1, 1, 1, 1], "stderr must not be negative"),
-        ((*FORWARD, "covariance", 0, 0), -1.0, "covariance must be symmetric and pos"),
         ((*FORWARD, "covariance", 0, 1), 1e3, "covariance must be symmetric and pos"),
-        ((*FORWARD, "covariance"), NO_COVARIANCE, "covariance must be symmetric and pos"),
+        ((*FORWARD, "covariance"), (np.eye(5) + 2 * (np.eye(5, k=1) + np.eye(5, k=-1))).tolist(), "symmetric and pos"),
         (("softness", "inverse", "coefficients"), [1, 2], "coefficients must be a list of 4 finite"),
         (("softness", "inverse", "branch"), 0, "softness.inverse.branch must be -1 or 1, got 0"),
         ((*SURFACE, "force_N"), [1, 0.1], "force_N must be a rising range"),
@@ -244,27 +201,17 @@ BESIDE = ("softness", "position")
         ((*SURFACE, "usable_nodes"), [[0, 99]] * 6, "whole numbers from 0 to 12"),
         ((*SURFACE, "coefficients", 0, 0), None, "surface.coefficients must be a list of n"),
         ((*SURFACE, "coefficients", 0, 0), 101.0, r"ln\(sd_microstrain\) must lie between -100 and 100"),
-        ((*SURFACE, "coefficients"), [[1], [2, 3]], "coefficients must be a list"),
-        ((*SURFACE, "quantity"), "sd_microstrain", r"quantity must be 'ln\(sd_micr"),
-        (GAUGES, {}, "softness.gauges must be a valid list"),
         (GAUGES, [], "softness: gauges must hold 1 to 1000 of them, got 0"),
         ((*GAUGES, 0, "uncertainty", "scatter_force_N"), [2, 1], r"gauges\[0\].* must rise"),
         ((*GAUGES, 0, "name"), "g\n1", "name of a gauge has '.n' in it"),
         ((*OF_SD, "fit_rms"), -1e-4, "fit_rms must be greater than or eq"),
         ((*OF_SD, "scatter"), [-0.1, 0.1], "scatter must not be negative"),
-        ((*OF_SD, "scatter"), [0.1], "scatter must have a value for each of 2 forces"),
         ((*OF_SD, "level"), 0.9, "level must be 0.95, got 0.9"),
         (("domain", "force_N"), [0.05, 2.0], "domain differs"),
         (("finger",), 3, "finger must be a valid dictionary, got 3"),
-        (("finger", "name"), "\ud800", "not valid JSON"),
-        (("finger", "name"), "x" * 300, "finger: name must be a text of 1 to 200 letters, got 300"),
-        (("notes",), [1], r"notes\[0\] must be a valid string, got 1"),
         (("notes",), ["x" * 3000], r"notes\[0\]: String should have at most 2000"),
-        ((*BESIDE, "error"), ..., "key softness.position.error is missing"),
-        ((*BESIDE, "form"), "cubic", "softness.position.form must be"),
         ((*BESIDE, "cells"), [2, 3, 7], "softness.position: coefficients must be a list of 2 x 5 x 6 x 10"),
         ((*BESIDE, "error", 0, 0), -1.0, "contact positions need 2 x 9 errors of at least 0"),
-        (GAUGES, None, "softness.gauges must be"),
     ],
 )
 def test_a_broken_file_is_refused_with_file_and_key(tmp_path, keys, value, message):
@@ -277,25 +224,21 @@ def test_a_broken_file_is_refused_with_file_and_key(tmp_path, keys, value, messa
     assert str(path) in str(caught.value) and "\n" not in str(caught.value)
 
 
-def test_a_file_that_was_changed_loads_with_a_remark(tmp_path):
+def test_a_file_that_was_changed_or_has_no_checksum_loads_with_a_remark(tmp_path):
     path = tmp_path / "c.json"
     record().save(path)
     document = json.loads(path.read_text())
     document["softness"]["gauges"][0]["coefficients"][0][0] *= 1 + 1e-9
-    path.write_text(json.dumps(document))
-    with pytest.warns(UserWarning, match=r"c.json: the file was changed after papilla wrote it: its checksum"):
-        loaded = Calibration.load(path)
-    assert loaded.remark.startswith("the file was changed after papilla wrote it")
+    for written, remark in (
+        (document, "the file was changed after papilla wrote it: its checksum"),
+        (to_document(record()), "the file has no checksum, so papilla cannot say whether it was edited"),
+    ):
+        path.write_text(json.dumps(written))
+        with pytest.warns(UserWarning, match=f"c.json: {remark}"):
+            loaded = Calibration.load(path)
+        assert loaded.notes == record().notes
     loaded.save(path)
     assert Calibration.load(path).notes == (*loaded.notes, loaded.remark), "saved again, it still says so"
-
-
-def test_a_file_without_checksum_loads_with_a_remark(tmp_path):
-    """Files of older versions have none."""
-    path = tmp_path / "c.json"
-    path.write_text(json.dumps(to_document(record())))
-    with pytest.warns(UserWarning, match="the file has no checksum, so papilla cannot say whether it was edited"):
-        assert Calibration.load(path).notes == record().notes
 
 
 def test_estimators_do_without_the_library_of_files():
@@ -312,20 +255,15 @@ def test_truncated_foreign_and_missing_files_are_refused(tmp_path):
         path.write_bytes(whole[:length])
         with pytest.raises(FileFormatError, match="cut short"):
             Calibration.load(path)
-    path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(FileFormatError, match="c.json is not a text file in UTF-8"):
-        Calibration.load(path)
-    path.write_text("[1, 2]")
-    with pytest.raises(FileFormatError, match="the schema is None"):
-        Calibration.load(path)
+    for content, message in ((b"\xff\xfe", "c.json is not a text file in UTF-8"), (b"[1, 2]", "the schema is None")):
+        path.write_bytes(content)
+        with pytest.raises(FileFormatError, match=message):
+            Calibration.load(path)
     with pytest.raises(FileAccessError, match="cannot read calibration"):
         Calibration.load(tmp_path / "absent.json")
     with pytest.raises(FileAccessError, match="cannot write"):
         record().save(tmp_path / "no such folder" / "c.json")
     assert [*tmp_path.iterdir()] == [path]
-
-
-# ---- Contact positions, the optional part
 
 
 def beside(reach=4.0) -> Calibration:
@@ -342,6 +280,4 @@ def test_changes_vanish_at_the_apex_and_end_at_the_reach():
     np.testing.assert_allclose(one.predict_readings(force, modulus, 0.0), apex, rtol=1e-13)
     moved = one.predict_readings(force, modulus, 2.5)
     np.testing.assert_allclose(moved - apex, force[:, None] * one.position.change(force, modulus, 2.5), atol=1e-9)
-    assert np.isfinite(one.position.change(0.3, 0.3, [-4.0, 4.0])).all()
     assert np.isnan(one.position.change(0.3, 0.3, [-4.001, 4.001, np.nan])).all()
-    assert np.isnan(one.position.change([0.049, 0.3], [0.3, 5.1], 0.0)).all()

@@ -35,8 +35,7 @@ def test_presses_of_the_finger_itself_pass(finger):
 
 def test_a_force_beyond_the_domain_says_nothing_and_does_not_pass(finger):
     found = check(finger, PressLog(np.array([3.0]), np.array([0.1]), 2e4 * PATTERN[None], ("g1",) * 5))
-    assert not found.passed and "force above" in found.presses[0].sentence
-    assert "says nothing about the modulus" in found.presses[0].sentence
+    assert not found.passed and "says nothing about the modulus" in found.presses[0].sentence
 
 
 def test_a_wrong_modulus_is_named(finger):
@@ -48,18 +47,8 @@ def test_a_wrong_modulus_is_named(finger):
 
 def test_noise_that_is_stated_widens_the_intervals(finger):
     off = presses(finger, [0.5], [0.1], factor=1.3)
-    assert not check(finger, off).passed
-    assert check(finger, off, gauge_sigma=3000.0).passed
-    assert check(finger, off, force_error=0.2).passed
-
-
-@pytest.mark.parametrize(
-    "options, message",
-    [({"tolerance": -1.0}, "tolerance"), ({"gauge_sigma": -1.0}, "gauge_sigma"), ({"force_error": 2.0}, "force_error")],
-)
-def test_unusable_options_are_refused(finger, options, message):
-    with pytest.raises(InputError, match=message):
-        check(finger, presses(finger, [0.5], [0.1]), **options)
+    found = [check(finger, off, **noise).passed for noise in ({}, {"gauge_sigma": 3000.0}, {"force_error": 0.2})]
+    assert found == [False, True, True]
 
 
 def test_presses_with_s_d_alone_are_recovered_like_those_with_readings(finger):
@@ -68,7 +57,15 @@ def test_presses_with_s_d_alone_are_recovered_like_those_with_readings(finger):
     assert check(finger, alone) == check(finger, log)
 
 
-def test_presses_of_another_finger_are_refused(finger):
-    log = PressLog(np.array([0.5]), np.array([0.1]), np.zeros((1, 3)), ("g1", "g2", "g3"))
-    with pytest.raises(InputError, match=r"of 3 gauges \(g1, g2, g3\), the calibration of 5"):
-        check(finger, log)
+@pytest.mark.parametrize(
+    "changes, options, message",
+    [
+        ({}, {"tolerance": -1.0}, "tolerance"),
+        ({}, {"gauge_sigma": -1.0}, "gauge_sigma"),
+        ({}, {"force_error": 2.0}, "force_error"),
+        ({"readings": np.zeros((1, 2)), "gauge_names": ("a", "b")}, {}, r"of 2 gauges \(a, b\), the calibration of 5"),
+    ],
+)
+def test_unusable_options_and_presses_of_another_finger_are_refused(finger, changes, options, message):
+    with pytest.raises(InputError, match=message):
+        check(finger, replace(presses(finger, [0.5], [0.1]), **changes), **options)

@@ -1,13 +1,12 @@
 """What a calibration holds for any finger: simulate, measure, correct, recover; over a hundred that are drawn."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from made_up_sweep import make_sweep, true_sd
 
-from papilla.calibration import BicubicSurface, Calibration, SoftnessStatus, fit
+from papilla.calibration import Calibration, SoftnessStatus, fit
 
 SEEDS = range(100)
 MODULI, FORCES = np.geomspace(0.02, 5, 14), np.geomspace(0.05, 1, 12)
@@ -44,6 +43,8 @@ def test_a_modulus_is_recovered_and_predict_of_invert_is_the_identity(seed):
     sd = calibration.predict(force, modulus)
     back = calibration.invert(sd, force)
     np.testing.assert_allclose(back.modulus_MPa, modulus, rtol=1e-10)
+    (low, high), (lower, higher) = back.interval, calibration.invert(sd, force, sd_sigma=0.05 * sd).interval
+    assert (lower <= low).all() and (high <= higher).all()
     np.testing.assert_allclose(calibration.predict(force, back.modulus_MPa.clip(*calibration.domain["modulus_MPa"])),
                                sd, rtol=1e-13)  # fmt: skip
     measured = calibration.invert(true(force, modulus), force)
@@ -53,7 +54,7 @@ def test_a_modulus_is_recovered_and_predict_of_invert_is_the_identity(seed):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_saved_and_loaded_or_rebuilt_from_its_coefficients_it_is_the_same(seed, tmp_path):
+def test_saved_and_loaded_it_is_the_same(seed, tmp_path):
     calibration, _, force, modulus = drawn(seed)
     sd = calibration.predict(force, modulus)
     calibration.save(tmp_path / "c.json")
@@ -62,11 +63,6 @@ def test_saved_and_loaded_or_rebuilt_from_its_coefficients_it_is_the_same(seed, 
     np.testing.assert_array_equal(loaded.predict_readings(force, modulus), calibration.predict_readings(force, modulus))
     loaded.save(tmp_path / "again.json")
     assert (tmp_path / "again.json").read_bytes() == (tmp_path / "c.json").read_bytes()
-    part = json.loads((tmp_path / "c.json").read_text())["softness"]["surface"]
-    surface = BicubicSurface(tuple(part["force_N"]), tuple(part["modulus_MPa"]), np.array(part["coefficients"]))
-    np.testing.assert_array_equal(np.exp(surface(force, modulus)), sd)
-    rebuilt = replace(calibration, surface=replace(calibration.surface, surface=surface))
-    np.testing.assert_array_equal(answers(rebuilt, sd, force), answers(calibration, sd, force))
 
 
 @pytest.mark.parametrize("seed", SEEDS[::10])
@@ -95,24 +91,9 @@ def test_intervals_over_all_drawn_fingers_cover_as_often_as_they_say():
         modulus = 0.04 * (modulus / 0.02) ** 0.4
         sigma = 0.01 * true(force, modulus)
         noisy = force * (1 + 0.005 * rng.normal(size=force.shape))
-        found = calibration.invert(
-            true(force, modulus) + sigma * rng.normal(size=force.shape),
-            noisy,
-            sd_sigma=sigma,
-            force_sigma=0.005 * force,
-        )
+        measured = true(force, modulus) + sigma * rng.normal(size=force.shape)
+        found = calibration.invert(measured, noisy, sd_sigma=sigma, force_sigma=0.005 * force)
         pressed = (noisy > 0.05) & (noisy < 1)
         inside += [*((found.lower_MPa <= modulus) & (modulus <= found.upper_MPa))[pressed]]
         close += [*(np.abs(found.modulus_MPa - modulus) < found.sigma_MPa)[pressed]]
     assert np.mean(inside) == pytest.approx(0.95, abs=0.03) and np.mean(close) == pytest.approx(0.68, abs=0.06)
-
-
-def test_s_d_rises_with_force_and_more_noise_never_narrows_an_interval():
-    for seed in SEEDS[::10]:
-        calibration, _, force, modulus = drawn(seed)
-        assert (calibration.predict(1.01 * force.clip(0.05, 0.98), modulus) > calibration.predict(
-            force.clip(0.05, 0.98), modulus)).all()  # fmt: skip
-        sd = calibration.predict(force, modulus)
-        ends = [calibration.invert(sd, force, sd_sigma=share * sd).interval for share in (0.0, 0.01, 0.05)]
-        for (low, high), (lower, higher) in zip(ends, ends[1:], strict=False):
-            assert (lower <= low).all() and (high <= higher).all()

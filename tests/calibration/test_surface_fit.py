@@ -71,18 +71,15 @@ def test_only_the_rising_part_is_usable_and_its_double_values_are_marked():
     assert twofold[:, 1] == pytest.approx([0] * 4, abs=0.01)
 
 
-def test_a_surface_that_falls_has_no_usable_part():
-    usable, _ = usable_part(rising_then_falling(turn=np.log(0.04)))
-    assert (usable[:, 0] == usable[:, 1]).all()
-
-
-def test_what_is_missing_is_not_usable():
+def test_what_is_missing_or_falls_is_not_usable():
     """A press without readings takes the cells up to its neighbours in the table with it."""
     surface = rising_then_falling(turn=np.log(4.0), cells=(9, 9))
     forces, moduli = surface.force_axis.nodes, surface.modulus_axis.nodes
     usable, twofold = usable_part(surface, forces[[8, 9]], moduli[[0, 0]], forces, moduli)
     assert usable[:7].tolist() == [[0, 9]] * 7 and usable[7:].tolist() == [[1, 9]] * 2
     assert np.isnan(twofold).all()
+    falling, _ = usable_part(rising_then_falling(turn=np.log(0.04)))
+    assert (falling[:, 0] == falling[:, 1]).all()
 
 
 def test_scatter_is_what_other_meshes_differ_by():

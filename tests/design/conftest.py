@@ -28,10 +28,11 @@ OWN = '"gauges.spread_deg" = { low = 20.0, high = 50.0 }', '"gauges.lever_mm" = 
 
 @pytest.fixture
 def study_file(tmp_path):
-    """Writes a study file, with parts of the text replaced."""
+    """Writes a study file, with parts of the text replaced; of the finger's own gauges if asked."""
 
-    def write(*changes: tuple[str, str], text: str = STUDY):
-        for old, new in changes:
+    def write(*changes: tuple[str, str], own: bool = False):
+        text = STUDY
+        for old, new in ([OWN] if own else []) + [*changes]:
             assert old in text
             text = text.replace(old, new)
         path = tmp_path / "study.toml"
@@ -52,7 +53,7 @@ def made_up(study_file):
     """Reads a study of the finger's own gauges, with parts of its text replaced, on the made-up geometry."""
 
     def study(*changes: tuple[str, str]):
-        return replace(read_study(study_file(OWN, *changes)), geometry=made_up_map)
+        return replace(read_study(study_file(*changes, own=True)), geometry=made_up_map)
 
     return study
 

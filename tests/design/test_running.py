@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
+from papilla.core.progress import CountedStep
 from papilla.core.tables import TableReader
 from papilla.design import DesignScene, read_study, run_study
 from papilla.design.batch import Batch, Done, check_done, evaluate, version
@@ -30,11 +31,12 @@ def table_of(path):
 
 def test_a_study_becomes_tables_a_page_and_fingers(ran, tmp_path):
     stages = []
-    found = ran(('"made up"', "'$\\bad{$ <b>'"), stage=lambda line, done, total: stages.append((done, total)))
+    found = ran(('"made up"', "'$\\bad{$ <b>'"), progress=stages.append)
     told = summary(found)
     json.dumps(told)
-    assert (told["designs"], told["failed"], told["reused"]) == (12, 0, 0) and stages[-1] == (12, 12)
-    assert stages == sorted(stages) and found.tally.spent["scenes"] > 0
+    assert (told["designs"], told["failed"], told["reused"]) == (12, 0, 0)
+    done = [step.done for step in stages if isinstance(step, CountedStep)]
+    assert done == sorted(done) and done[-1] == 12 and found.tally.spent["scenes"] > 0
     columns = table_of(tmp_path / "out" / "designs.csv")
     assert len(columns["design"]) == 12 and columns["front"].sum() == told["front"]
     best = told["best"][0]["objectives"]["sigma_sd"]
@@ -65,11 +67,12 @@ def test_a_run_that_stopped_goes_on_and_other_names_share_what_is_known(ran, mad
 
     class StoppedError(Exception): ...
 
-    def stop(line, done, total):
-        raise StoppedError
+    def stop(step):
+        if isinstance(step, CountedStep):
+            raise StoppedError
 
     with pytest.raises(StoppedError):
-        ran(shared, stage=stop)
+        ran(shared, progress=stop)
     first, again = ran(shared, out="a"), ran(shared, ("made up", "another name"), out="b")
     assert first.tally.reused == again.tally.reused == 12, "what was stored before the stop is not run again"
     np.testing.assert_array_equal(first.results.found, again.results.found)
@@ -110,8 +113,7 @@ def test_a_price_is_of_the_designs_and_geometries_of_the_study(made_up):
 @pytest.mark.slow
 def test_a_real_study_finds_what_physics_says(study_file, tmp_path):
     """A harder finger strains less, and tells hard specimens better; processes give what this process gives."""
-    own = '"gauges.spread_deg" = { low = 20.0, high = 50.0 }', '"gauges.lever_mm" = [-1.0, 0.0]'
-    study = read_study(study_file(own))
+    study = read_study(study_file(own=True))
     here, there = (run_study(study, tmp_path / str(k), workers=k, with_page=False) for k in (0, 2))
     np.testing.assert_allclose(here.results.found, there.results.found, rtol=1e-9)
     effects = {(one.parameter, one.objective): one for one in here.results.effects}
@@ -119,9 +121,6 @@ def test_a_real_study_finds_what_physics_says(study_file, tmp_path):
     assert signal.sure and signal.change == pytest.approx(1 / 6, rel=0.5), "strain falls nearly as stiffness rises"
     assert sigma.sure and sigma.change < 1
     assert all("specimen of 0.05 MPa is too soft" in why for why in here.results.failures.values())
-
-
-# ---- Batches and results
 
 
 def test_a_batch_of_another_version_is_left_to_others(made_up_geometry):
@@ -134,7 +133,12 @@ def test_a_batch_of_another_version_is_left_to_others(made_up_geometry):
     assert set(done.spent) == {"gauges", "scenes"} and 10 < done.memory_MB < 1e5
 
 
-ANSWERS = {
+def of_record(**values):
+    """Changes of the first record that a worker sends."""
+    return lambda done: replace(done, records=(replace(done.records[0], **values), *done.records[1:]))
+
+
+FORGED = {
     "nothing": lambda done: None,
     "a list of records": lambda done: replace(done, records=list(done.records)),
     "a record too few": lambda done: replace(done, records=done.records[1:]),
@@ -143,26 +147,16 @@ ANSWERS = {
     "another finger": lambda done: replace(done, records=done.records[::-1]),
     "no number of seconds": lambda done: replace(done, spent={"scenes": math.nan}),
     "no memory": lambda done: replace(done, memory_MB="much"),
-}
-RECORDS = {
-    "no number": {"found": {"sigma_sd": math.nan}},
-    "another objective": {"found": {"sigma_gauges": 0.1}},
-    "no table": {"found": [0.1]},
-    "two lines": {"found": {}, "status": "no\nmesh"},
-    "no reason": {"found": {}, "status": ""},
-    "no hash": {"finger_sha256": "f"},
+    "no number": of_record(found={"sigma_sd": math.nan}),
+    "another objective": of_record(found={"sigma_gauges": 0.1}),
+    "no table": of_record(found=[0.1]),
+    "two lines": of_record(found={}, status="no\nmesh"),
+    "no reason": of_record(found={}, status=""),
+    "no hash": of_record(finger_sha256="f"),
 }
 
 
-@pytest.mark.parametrize(
-    "forge",
-    [
-        *ANSWERS.values(),
-        *(lambda done, of=of: replace(done, records=(replace(done.records[0], **of), done.records[1]))
-          for of in RECORDS.values()),
-    ],
-    ids=[*ANSWERS, *RECORDS],
-)  # fmt: skip
+@pytest.mark.parametrize("forge", FORGED.values(), ids=FORGED)
 def test_what_a_worker_sends_is_checked(made_up_geometry, forge):
     other = made(FINGER, {"outer.modulus_MPa": 0.3})
     batch = Batch((FINGER, other), FINGER, Places.of(FINGER), DesignScene(), ("sigma_sd",), version(), made_up_geometry)
@@ -171,9 +165,6 @@ def test_what_a_worker_sends_is_checked(made_up_geometry, forge):
     with pytest.raises(InputError) as refused:
         check_done(forge(done), batch)
     assert "\n" not in str(refused.value) and len(str(refused.value)) < 1000
-
-
-# ---- What a study costs
 
 
 @pytest.mark.parametrize("geometries, workers, seconds", [(1, 1, 20.0), (3, 1, 36.0), (3, 2, 18.0)])
