@@ -2,36 +2,21 @@
 
 import json
 import math
-from dataclasses import asdict, replace
+from dataclasses import asdict
 
 import numpy as np
 import pytest
+from estimator_fixtures import five as five
+from estimator_fixtures import make as make
 
 from benchmarks.estimators import touches
-from papilla.calibration import BicubicSurface, Calibration, GaugeSurface, Quadratic, SdSurface, Uncertainty
 from papilla.core.errors import InputError
 from papilla.model.finger import Finger
 
-FORCE, MODULUS = (0.05, 1.0), (0.02, 5.0)
 
-
-@pytest.fixture(scope="module")
-def calibration():
-    """Five gauges of a made-up finger, and S_d of their readings."""
-    known = Uncertainty(0.0, 1.96, 0.0, np.array(FORCE), np.full(2, 0.002), 2.0, 4)
-    x, y = np.linspace(-3.2, 0.2, 13)[:, None], np.linspace(-4.1, 1.8, 23)[None, :]
-    soft = 1 / (1 + np.exp(y - math.log(0.1)))
-    flat, inner = -17500 + 0 * (x + y), (-29000 + 9500 * x) * (1 - 0.25 * soft)
-    middle = 54000 * np.exp(-0.47 * x) * (1 - 0.3 * soft)
-    surface = BicubicSurface(FORCE, MODULUS, 10.4 + 0.6 * x - 0.3 * soft)
-    sd = SdSurface(surface, np.tile([0, 20], (10, 1)), np.full((10, 2), np.nan), known)
-    own = replace(known, scatter=np.full(2, 100.0))
-    gauges = tuple(
-        GaugeSurface(f"g{number}", BicubicSurface(FORCE, MODULUS, table), own)
-        for number, table in enumerate((flat, inner, middle, inner, flat), start=1)
-    )
-    forward = Quadratic(np.array([-3.0, 500, -9000, 12000, 900]), np.ones(5), np.eye(5), 1.0, 2.0, (0.089, 0.72), 9.0)
-    return Calibration({"name": "", "sha256": ""}, {}, forward, forward.inverse, sd, gauges, {})
+@pytest.fixture
+def calibration(five):
+    return five(0.002)
 
 
 @pytest.mark.slow
@@ -85,18 +70,3 @@ def test_disturbances_have_their_size(disturb, size, gauges, force):
         readings, felt = disturb(np.random.default_rng(seed), np.full((400, 5), 1000.0), touches.forces(), size)
         changes.append((readings[-1, 0] / 1000 - 1, felt[-1] / touches.forces()[-1] - 1))
     assert np.sqrt(np.mean(np.square(changes), axis=0)) == pytest.approx([gauges, force], rel=0.15)
-
-
-@pytest.mark.slow
-@pytest.mark.mesher
-def test_presses_are_made_where_and_on_what_the_touch_says():
-    """Readings against those of the plain touch: a thin block is harder, another mesh differs by its scatter alone."""
-    force = np.array([0.3, 0.6, 0.3])
-    names = "nothing but the press", "block of 3 mm", "unseen mesh", "1 mm beside the apex in y"
-    plain, thin, unseen, beside = (
-        touches.pressed(Finger.default(), touches.TOUCHES[name], [0.1, 0.7], force) for name in names
-    )
-    assert plain.shape == (2, 3, 5) and (plain[:, 0] == plain[:, 2]).all()
-    assert (np.abs(thin - plain).max(axis=2) > np.abs(unseen - plain).max(axis=2))[0].all()
-    for other in (unseen, beside):
-        assert 1e-4 < np.abs(other / plain - 1).max() < 0.1
