@@ -14,6 +14,8 @@ from papilla_papers.methods.roughness import (
     RoughnessStatus,
     ShortTimeSpectrum,
     ZeroCrossing,
+    expected_error,
+    optimal_period,
 )  # fmt: skip
 
 CLASSES = (ImpulseDensity, ImpulseInterval, ZeroCrossing, ShortTimeSpectrum, Okamoto)
@@ -80,13 +82,6 @@ def test_where_only_rounding_decides_chunks_change_no_bit(make):
 def test_a_state_of_other_settings_is_refused(make, other):
     with pytest.raises(InputError, match=r"the state is of \w+, .*; this is \w+, .* at 1000 Hz"):
         make().state = make(**other).state
-
-
-def test_a_state_of_another_filter_or_hop_is_refused():
-    with pytest.raises(InputError, match="high-pass of 20 Hz"):
-        ZeroCrossing().state = ZeroCrossing(high_pass_Hz=20.0).state
-    with pytest.raises(InputError, match="every 7 samples"):
-        ShortTimeSpectrum().state = ShortTimeSpectrum(hop_s=0.007).state
 
 
 @every
@@ -189,16 +184,22 @@ def test_unusable_parameters_are_refused(cls, arguments, message):
         cls(**arguments)
 
 
-def test_specific_parameters_blocks_and_samples_are_refused():
-    with pytest.raises(InputError, match="hop_s must be between one sample and window_s, got 0.3 s"):
-        ShortTimeSpectrum(hop_s=0.3)
-    with pytest.raises(InputError, match="high_pass_Hz must be below half of sample_rate_Hz, got 500"):
-        ZeroCrossing(high_pass_Hz=500.0)
-    with pytest.raises(InputError, match="n x 2 or 3 .* got 4 x 5"):
-        ImpulseDensity().process(np.zeros((4, 5)))
-    with pytest.raises(InputError, match="got 1 values"):
-        ImpulseDensity().update((1.0,))
-    assert ImpulseDensity().process(np.zeros((0, 2))).status.shape == (0,)
+@pytest.mark.parametrize(
+    "refused, message",
+    [
+        (lambda: setattr(ZeroCrossing(), "state", ZeroCrossing(high_pass_Hz=20.0).state), "high-pass of 20 Hz"),
+        (lambda: setattr(ShortTimeSpectrum(), "state", ShortTimeSpectrum(hop_s=0.007).state), "every 7 samples"),
+        (lambda: ShortTimeSpectrum(hop_s=0.3), "hop_s must be between one sample and window_s, got 0.3 s"),
+        (lambda: ZeroCrossing(high_pass_Hz=500.0), "high_pass_Hz must be below half of sample_rate_Hz, got 500"),
+        (lambda: ImpulseDensity().process(np.zeros((4, 5))), "n x 2 or 3 .* got 4 x 5"),
+        (lambda: ImpulseDensity().update((1.0,)), "got 1 values"),
+        (lambda: expected_error([0.1, 0.0], 1.0, 100.0, 1.0), "period_s must be positive"),
+        (lambda: optimal_period(0.0, 100.0, 1.0), "wavelength_mm must be greater than 0"),
+    ],
+)
+def test_states_blocks_and_parameters_of_one_method_are_refused(refused, message):
+    with pytest.raises(InputError, match=message):
+        refused()
 
 
 @pytest.mark.parametrize("cls", CLASSES)
