@@ -52,7 +52,7 @@ def test_a_sinusoid_has_its_ridge_at_its_frequency_and_its_phase():
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.7])
-def test_significance_levels_hold_for_white_and_red_noise(alpha):
+def test_significance_levels_hold_for_noise(alpha):
     generator, frequency = np.random.default_rng(2), octaves(10, 80, 6)
     single, cross = [], []
     for _ in range(25):
