@@ -240,29 +240,6 @@ class TestSlides:
         assert printed.x == pytest.approx(impulses.x[[0, 2]], abs=0.003)
         assert len(made.panels[5].curves[0].x) > 8, "a finger feels every edge with every ridge"
 
-    def test_five_gratings_and_depths(self):
-        synthetic, felt = paper_2006.five_gratings().panels
-        means = [np.nanmean(one.y) for one in synthetic.curves if one.origin == "papilla"]
-        assert means[1] > means[2] > means[3] and len(felt.curves) == 10, "2.4, 1.8 and 1.2 mm stay apart"
-        force, _, printed = paper_2006.depths().panels[1].curves
-        assert np.all(np.diff(force.y) > 0)
-        assert np.interp(printed.x, force.x, force.y) == pytest.approx(printed.y, rel=0.5)
-
-    def test_natural_touch(self):
-        touch, rows = curves(paper_2006.natural_touch(), 1), slice(1000, None)
-        truth, density = touch["|v| / wavelength"], touch["synthetic"].y[rows]
-        late = [np.nanmean(density * np.roll(truth.y, lag)[rows]) for lag in range(0, 250, 10)]
-        assert 20 <= 10 * int(np.argmax(late)) <= 160, "it follows late"
-        single = curves(paper_2006.single_intervals(), 0)["synthetic"].y[rows]
-        flicker, steady = (np.nanmean(np.diff(one) ** 2) for one in (single, density))
-        assert flicker > 100 * steady and len(paper_2006.against_spectrum().panels) == 2
-
-    def test_contacts_and_spread(self):
-        hard, soft, _ = paper_2006.contacts().panels
-        assert soft.shade.over.sum() > 1.2 * hard.shade.over.sum() and hard.shade.value.max() > soft.shade.value.max()
-        sd = np.array([one.y for one in paper_2006.spread().panels[0].curves if one.origin == "papilla"])
-        assert np.all(np.diff(sd, axis=1) > 0) and np.all(np.diff(sd, axis=0) > 0)
-
     def test_zero_crossings(self):
         output, impulses = paper_2007.crossings().panels
         assert len(impulses.curves[0].x) / 0.4 > 33 and np.ptp(output.curves[0].y) > 100

@@ -10,7 +10,6 @@ from papilla_papers.methods.texture import (
     concordance,
     grubbs_critical,
     grubbs_outliers,
-    integral,
     leave_m_out,
     log_band_features,
     matching_band,
@@ -87,11 +86,6 @@ def test_the_band_that_follows_the_scores_is_found_and_a_search_alone_proves_lit
     assert np.median(searched) > 0.6 > 0.4 > np.median(fixed), "scores that have nothing to do with the records"
 
 
-def test_lines_are_rectangles_around_their_numbers():
-    found = integral(np.array([[1.0], [2.0], [3.0], [4.0]]), [0.0, 0.5, 1.5, 2.0, 2.75])
-    np.testing.assert_allclose(found[:, 0], [0.5, 2.0, 1.5, 0.5 * 3 + 0.25 * 4])
-
-
 @pytest.mark.parametrize(
     "refused, message",
     [
@@ -165,14 +159,11 @@ def test_outliers_are_rejected_one_by_one_and_seldom_without_cause():
     assert not grubbs_outliers([2.0, 2.0, 2.0]).any()
 
 
-def test_scores_lose_the_scale_of_the_assessor_only():
+def test_scores_lose_the_scale_and_features_offset_and_trend():
     truth = np.array([1.0, 2.0, 4.0, 3.0])
     found = normalised_scores(np.outer([1.0, 10.0, 0.3], truth))
     np.testing.assert_allclose(found / found[:, :1], np.tile(truth, (3, 1)))
     np.testing.assert_allclose(found, found[:1].repeat(3, axis=0))
-
-
-def test_features_do_not_see_offset_or_trend_but_the_spectrum():
     generator = np.random.default_rng(0)
     window = generator.normal(size=(128, 3))
     one = log_band_features(window, 35.6, 4)
