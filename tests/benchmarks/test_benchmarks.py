@@ -1,6 +1,6 @@
 """Every script of benchmarks/ runs, in a short form: a coarse mesh, or fewer scenes."""
 
-import importlib.util
+import importlib
 import json
 import os
 import subprocess
@@ -48,15 +48,6 @@ SHORT = {
 `papilla bench --short` itself is run, with its numbers looked at, in tests/cli."""
 
 
-def loaded(name: str, monkeypatch):
-    """The script as a module."""
-    monkeypatch.syspath_prepend(FOLDER)
-    spec = importlib.util.spec_from_file_location(f"benchmark_{name}", FOLDER / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def test_every_benchmark_has_a_short_form():
     assert set(SHORT) == {path.stem for path in FOLDER.glob("[!_]*.py")}
 
@@ -76,8 +67,8 @@ def test_short_form(name, tmp_path):
 
 
 @pytest.mark.parametrize("room", ["scenes", "view", "papilla_papers"])
-def test_mutants_are_drawn_the_same_for_the_same_seed(room, monkeypatch):
-    mutants = loaded("mutants", monkeypatch)
+def test_mutants_are_drawn_the_same_for_the_same_seed(room):
+    mutants = importlib.import_module("benchmarks.mutants")
     plan = mutants.drawn(room, 5, seed=3)
     assert len(plan) == 5 and plan == mutants.drawn(room, 5, seed=3) != mutants.drawn(room, 5, seed=4)
     for one in plan:
@@ -87,8 +78,8 @@ def test_mutants_are_drawn_the_same_for_the_same_seed(room, monkeypatch):
         compile(one.applied(source), one.file, "exec")
 
 
-def test_what_costs_a_third_more_than_in_the_last_release_is_printed_first(monkeypatch):
-    budget = loaded("budget", monkeypatch)
+def test_what_costs_a_third_more_than_in_the_last_release_is_printed_first():
+    budget = importlib.import_module("benchmarks.budget")
     was = {"version": "0.1", "jobs": {"press": {"seconds": 1.0, "units": 10.0, "peak_MiB": 100.0}}, "code_lines": 9}
     rows = list(budget.report({"press": budget.Figure(3.0, 14.0, 120.0), "new": budget.Figure(1, 1, 1)}, was, 7))
     assert rows[0] == "WORSE than in 0.1: press, time 1.40 times" and "WORSE" not in "".join(rows[1:])

@@ -107,34 +107,6 @@ def test_a_missing_package_is_named_with_the_extra(finger, mesh, quarter):
     assert run_peers(finger, mesh, peers=[absent]) == ()
 
 
-LIBRARIES = """
-from benchmarks.presses.peers.library import PeerSolution
-
-def broken(scene, threads):
-    raise ImportError("mkl_rt not found")
-
-class Soft:
-    unknowns = 1
-
-    def __init__(self, scene, threads):
-        self.scene = scene
-
-    def press(self, penalty):
-        return PeerSolution(penalty, 0 * self.scene.nodes, 1, 1.0, 0.5)
-"""
-
-
-def test_a_package_that_does_not_load_and_a_penalty_that_does_not_converge(
-    finger, mesh, quarter, tmp_path, monkeypatch
-):
-    (tmp_path / "made_up_libraries.py").write_text(LIBRARIES)
-    monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(MissingExtraError, match=r"Broken does not load \(mkl_rt not found\); pip install"):
-        Peer("Broken", (), ("made_up_libraries", "broken")).prepare(quarter, 1)
-    with pytest.raises(SolverError, match="Soft, quarter by symmetry: the force still changes by more than 0.001"):
-        run_peers(finger, mesh, peers=[Peer("Soft", (), ("made_up_libraries", "Soft"))])
-
-
 def test_contact_that_does_not_settle_is_refused():
     """A contact that pushes the more, the further it is yielded to."""
 
