@@ -134,6 +134,12 @@ def test_the_faults_of_the_product_alone():
 # ---- The methods
 
 
+def test_an_unknown_name_is_refused():
+    assert chosen("estimator", ("ekf", "music"), METHODS) == ["MUSIC", "seeded EKF"]
+    with pytest.raises(InputError, match="no estimator is called 'nobody', there are: pipeline; "):
+        chosen("estimator", ("nobody",), METHODS)
+
+
 @pytest.mark.parametrize("name", METHODS)
 def test_every_method_answers_a_plain_grating(name):
     made = scene("const", 1.8, seed=2, seconds=0.6)
@@ -155,17 +161,6 @@ def test_the_sigma_of_a_spectrum_is_that_of_its_errors(tapered, least, most):
         errors.append(wavelength - 1.2)
         sigmas.append(sigma)
     assert least < np.std(errors) / np.mean(sigmas) < most
-
-
-def test_names_select_and_unknown_ones_are_refused():
-    assert chosen("estimator", ("ekf", "music"), METHODS) == ["MUSIC", "seeded EKF"]
-    for refused, message in (
-        (lambda: chosen("estimator", ("nobody",), METHODS), "no estimator is called 'nobody', there are: pipeline; "),
-        (lambda: comparison.compare(comparison.Plan(scenes=("nowhere",))), "no scene is called 'nowhere'"),
-        (lambda: comparison.Plan(seeds=()), "at least one seed"),
-    ):
-        with pytest.raises(InputError, match=message):
-            refused()
 
 
 # ---- The comparison

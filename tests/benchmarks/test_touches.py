@@ -34,7 +34,7 @@ def test_noise_alone_is_measured_against_its_bound(calibration):
     assert touches.bound(calibration, 0.1, np.tile(force, 4), False) == pytest.approx(by_gauges / 2)
 
 
-def test_rows_of_known_trials():
+def test_rows_of_known_trials(calibration):
     moduli, bounds = np.full(4, 0.5), np.full(4, 0.01)
     errors, ok = np.array([0.01, 0.3, 0.03, 0.5]), [1.0, 1.0, 1.0, 0.0]
     found = np.column_stack([0.5 * np.exp(errors), 0.02 * 0.5 * np.exp(errors), ok])
@@ -44,16 +44,10 @@ def test_rows_of_known_trials():
     assert row.over_sigma == pytest.approx(row.rms / 0.02)
     near = np.column_stack([0.5 * np.exp(errors / 10), 0.001 * np.ones(4), ok])
     assert touches.row_of("nothing", "x", near, moduli, bounds).false_confident == 0, "off by less than 5 %"
-    nothing = touches.row_of("nothing", "x", np.full((4, 3), np.nan), moduli, bounds)
-    assert nothing.answered == nothing.false_confident == 0 and math.isnan(nothing.rms + nothing.covered)
-
-
-def test_a_touch_begins_in_the_air_and_lets_go_and_one_trial_is_refused(calibration):
-    air, touched = np.split(touches.forces(), [touches.AIR])
-    assert not air.any() and len(touched) == touches.TOUCHED
-    assert touched[0] == 0.15 and touched.max() == 0.9 and 0.5 < touched[-1] < 0.7
     with pytest.raises(InputError, match="trials must be at least 2, got 1"):
         touches.feel(calibration, Finger.default(), seeds=(100,))
+    nothing = touches.row_of("nothing", "x", np.full((4, 3), np.nan), moduli, bounds)
+    assert nothing.answered == nothing.false_confident == 0 and math.isnan(nothing.rms + nothing.covered)
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def test_18_to_118_hz_is_a_corner_of_the_grid_and_not_of_the_fabric(exponent):
     assert narrow.low_Hz < 200 < narrow.high_Hz and not narrow.corner and "corner" not in narrow.sentence
 
 
-def test_the_band_that_follows_the_scores_is_found_and_a_search_alone_proves_little():
+def test_the_band_that_follows_the_scores_is_found():
     scores, time, bands = np.array([1.0, 2.0, 3.0, 4.0]), np.arange(4000) / RATE, printed_bands()
     tones = np.outer(np.sin(2 * np.pi * 70 * time), scores) + 3 * np.sin(2 * np.pi * 5 * time)[:, None]
     records = tones + 1e-3 * np.random.default_rng(0).normal(size=tones.shape)
@@ -73,17 +73,6 @@ def test_the_band_that_follows_the_scores_is_found_and_a_search_alone_proves_lit
     amplitude = band_amplitudes(records, RATE, [found.low_Hz, found.high_Hz])[0]
     again = concordance(amplitude / amplitude.max(), scores / 4)
     assert again.coefficient == pytest.approx(found.agreement.coefficient, abs=1e-6)
-    fixed, searched, frequency = [], [], np.fft.rfftfreq(4000, 1 / RATE)
-    for seed in range(20):
-        generator = np.random.default_rng(seed)
-        gains = np.exp(0.2 * generator.normal(size=(51, 4)))
-        level = np.column_stack([np.interp(frequency, np.arange(51) * 20, gain) for gain in gains.T])
-        phases = np.exp(2j * np.pi * generator.uniform(size=level.shape))
-        noise = np.fft.irfft(level * phases / (1 + frequency / 60)[:, None], 4000, axis=0)
-        drawn = generator.uniform(0.3, 1, 4)
-        for coefficients, choice in ((searched, bands), (fixed, [(7, 18, 118)])):
-            coefficients.append(matching_band(noise, RATE, drawn, choice).agreement.coefficient)
-    assert np.median(searched) > 0.6 > 0.4 > np.median(fixed), "scores that have nothing to do with the records"
 
 
 @pytest.mark.parametrize(
@@ -180,15 +169,6 @@ def gratings(spread: float, seed: int):
     labels = np.repeat([400, 440, 480], 8)
     frequency = 26_000 / labels * (1 + spread * generator.normal(size=24))
     return frequency[:, None] * (1 + 0.002 * generator.normal(size=(24, 2))), labels
-
-
-def test_leave_m_out_is_perfect_for_runs_that_repeat_and_falls_with_the_speed():
-    steady = leave_m_out(*gratings(0.005, 1), 21, seed=3, splits=50)
-    assert steady.accuracy == 1.0 == steady.low
-    worse = [leave_m_out(*gratings(spread, 1), 21, seed=3, splits=100).accuracy for spread in (0.01, 0.03, 0.10)]
-    assert worse == sorted(worse, reverse=True) and worse[-1] < 0.7
-    more = leave_m_out(*gratings(0.03, 1), 3, seed=3, splits=100)
-    assert more.accuracy > worse[1], "more training runs help"
 
 
 @pytest.mark.parametrize("left_out, neighbours", [(15, 1), (9, 3)])
