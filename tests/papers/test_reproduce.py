@@ -248,3 +248,11 @@ def test_the_command_writes_its_rows(papilla, tmp_path):
     assert row["verdict"] == "reproduced" and abs(row["measured"] - 31.25) < 0.01
     assert (tmp_path / "pages" / "reproduce.html").read_text().count('id="C22"') == 1
     assert "not reproduced" in papilla("reproduce", "--only", "X2").out
+
+
+def test_yarns_an_inch_agree_with_the_printed_weights():
+    """Mass of an area: yarns over their count (Ne, 590.5 tex over it); three of four within a tenth if per inch."""
+    printed = {(95, 64, 16, 16): 244, (65, 100, 40, 32): 208, (175, 108, 40, 40): 175, (78, 59, 12, 8): 341}
+    ratios = [(a / m + b / n) * 590.5 / 25.4 / grams for (a, b, m, n), grams in printed.items()]
+    assert sum(abs(ratio - 1) < 0.1 for ratio in ratios) == 3
+    assert all(0.254 * ratio < 0.3 for ratio in ratios), "and none per 10 cm"

@@ -148,7 +148,7 @@ def test_outliers_are_rejected_one_by_one_and_seldom_without_cause():
     assert not grubbs_outliers([2.0, 2.0, 2.0]).any()
 
 
-def test_scores_lose_the_scale_and_features_offset_and_trend():
+def test_scores_lose_the_scale_of_the_assessor_only():
     truth = np.array([1.0, 2.0, 4.0, 3.0])
     found = normalised_scores(np.outer([1.0, 10.0, 0.3], truth))
     np.testing.assert_allclose(found / found[:, :1], np.tile(truth, (3, 1)))
@@ -188,3 +188,9 @@ def test_accuracy_is_that_of_nearest_neighbours_written_out(left_out, neighbours
         right.append(np.mean(named == labels[test]))
     assert found.accuracy == pytest.approx(np.mean(right)) and found.accuracy < 1
     assert (found.low, found.high) == (min(right), max(right))
+
+
+def test_random_search_finds_no_more_than_the_exhaustive_one_and_some_of_its_bands():
+    drawn, every, signal = random_bands(300, seed=4), printed_bands(), shaped(0.5, 0)
+    assert set(drawn) <= set(every) and drawn == random_bands(300, seed=4) != random_bands(300, seed=5)
+    assert best_band(signal, RATE, drawn).amplitude <= best_band(signal, RATE, every).amplitude

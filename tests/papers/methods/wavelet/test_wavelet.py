@@ -160,3 +160,28 @@ def test_the_level_of_what_is_common_is_that_of_the_channels_difference(gain):
     # Of channels that are the same but for a gain rounding is left, and any change is over it.
     same = common_threshold(one, 3 * one, 300.0, frequency)
     np.testing.assert_allclose(same, 3 * one.var() * 600 * (1e-24 / 600) * 3.8415 / 2, rtol=1e-3)
+
+
+def test_a_sinusoid_has_its_ridge_at_its_frequency_and_its_phase():
+    time = np.arange(900) / RATE
+    frequency = octaves(8, 60, 100)
+    found = morlet(2 * np.cos(2 * np.pi * 20.8 * time + 0.4), RATE, frequency)
+    middle = found.coefficients[:, 450]
+    best = np.abs(middle).argmax()
+    assert frequency[best] == pytest.approx(20.8, rel=0.004)
+    assert np.angle(middle[best] * np.exp(-2j * np.pi * 20.8 * time[450])) == pytest.approx(0.4, abs=0.01)
+    assert found.inside[best, 450] and not found.inside[best, 0]
+    np.testing.assert_allclose(found.edge_s, np.sqrt(2) * (6 + np.sqrt(38)) / (4 * np.pi * frequency))
+
+
+def test_passive_touch_table_of_the_paper():
+    """f = v / period from 13.9 to 25.0 Hz: 0.40, 0.44, 0.48 mm at 6.7 and 10 mm/s, spread within 1.6 % of the mean."""
+    time = np.arange(900) / RATE
+    for period_mm in (0.40, 0.44, 0.48):
+        for speed in (20 / 3, 10.0):
+            generator = np.random.default_rng(3)
+            wave = np.cos(2 * np.pi * speed * time / period_mm)
+            pair = [wave + generator.normal(0, 0.2, 900) for _ in range(2)]
+            window = cross_wavelet(*pair, RATE, octaves(5, 60, 100)).ridge.window(350, 549)
+            assert window.mean_Hz == pytest.approx(speed / period_mm, rel=0.01)
+            assert window.sd_Hz / window.mean_Hz < 0.016
