@@ -1,6 +1,6 @@
 """Every script of benchmarks/ runs, in a short form: a coarse mesh, or fewer scenes."""
 
-import importlib.util
+import importlib
 import json
 import os
 import subprocess
@@ -39,29 +39,13 @@ SHORT = {
         "--forces 0.3 --size-mm 2.8 --places 4 --gratings 1 --fingers 1",
         "swing of the section over that in three dimensions",
     ),
+    "shipped_tables": ("--help", "the prices of the fidelities"),
     "size": ("", "in all"),
     "suggested_presses": ("--fingers 2 --size 2.8", "suggested presses are better by"),
     "wavelength_estimators": ("--scenes start --seeds 1 --workers 1", "in 2 sigma"),
 }  # fmt: skip
 """Script -> arguments (@ is a space in one), and what it must print. What peers.py runs is tested in test_peers.py;
 `papilla bench --short` itself is run, with its numbers looked at, in tests/cli."""
-QUICK, QUICK_ROOMS = ("mutants",), ("scenes", "verify", "view")
-
-
-def run(name: str, *arguments: str, folder: Path) -> subprocess.CompletedProcess:
-    """The script in a process of its own, on this checkout."""
-    environment = os.environ | {"PYTHONPATH": str(FOLDER.parent), "COLUMNS": "200"}
-    command = [sys.executable, str(FOLDER / f"{name}.py"), *arguments]
-    return subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
-
-
-def loaded(name: str, monkeypatch):
-    """The script as a module."""
-    monkeypatch.syspath_prepend(FOLDER)
-    spec = importlib.util.spec_from_file_location(f"benchmark_{name}", FOLDER / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def test_every_benchmark_has_a_short_form():
@@ -69,39 +53,22 @@ def test_every_benchmark_has_a_short_form():
 
 
 @pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in SHORT]
+    "name", [name if name == "mutants" else pytest.param(name, marks=pytest.mark.slow) for name in SHORT]
 )
 def test_short_form(name, tmp_path):
     arguments, expected = SHORT[name]
-    done = run(name, *(one.replace("@", " ") for one in arguments.split()), folder=tmp_path)
+    environment = os.environ | {"PYTHONPATH": str(FOLDER.parent), "COLUMNS": "200"}
+    command = [sys.executable, str(FOLDER / f"{name}.py"), *(one.replace("@", " ") for one in arguments.split())]
+    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
     assert expected in done.stdout
     if name == "estimator_comparison":
         assert json.loads(done.stdout)["short"] is True
 
 
-ROOMS = sorted(path.parent.name for path in (FOLDER.parent / "papilla").glob("*/__init__.py"))
-
-
-def test_size_has_a_row_for_every_room_and_its_sums(tmp_path):
-    """A tree of one module a room: its lines are counted, and not comments, blanks and docstrings."""
-    for number, room in enumerate([f"papilla/{room}" for room in ROOMS] + ["papilla_papers", "benchmarks"]):
-        (tmp_path / room).mkdir(parents=True)
-        (tmp_path / room / "m.py").write_text('"""Doc\n\nstring."""\n\n# why\n' + "a = 3.5  # b\n" * (number + 1))
-    rows = [line.split() for line in run("size", "--root", str(tmp_path), folder=tmp_path).stdout.splitlines()[1:]]
-    counted = {row[0]: [int(cell) for cell in row[1:]] for row in rows[:-1]}
-    assert set(counted) == {*ROOMS, "papilla_papers", "benchmarks"}
-    assert all(files == 1 and lines == numbers + apart for files, lines, numbers, apart in counted.values())
-    assert counted["references"][3] > 0 == counted["references"][2], "its numbers are constants, counted apart"
-    assert [int(cell) for cell in rows[-1][2:]] == [sum(column) for column in zip(*counted.values(), strict=True)]
-
-
-@pytest.mark.parametrize(
-    "room",
-    [pytest.param(room, marks=() if room in QUICK_ROOMS else pytest.mark.slow) for room in [*ROOMS, "papilla_papers"]],
-)
-def test_mutants_are_drawn_in_every_room_the_same_for_the_same_seed(room, monkeypatch):
-    mutants = loaded("mutants", monkeypatch)
+@pytest.mark.parametrize("room", ["scenes", "view", "papilla_papers"])
+def test_mutants_are_drawn_the_same_for_the_same_seed(room):
+    mutants = importlib.import_module("benchmarks.mutants")
     plan = mutants.drawn(room, 5, seed=3)
     assert len(plan) == 5 and plan == mutants.drawn(room, 5, seed=3) != mutants.drawn(room, 5, seed=4)
     for one in plan:
@@ -109,12 +76,10 @@ def test_mutants_are_drawn_in_every_room_the_same_for_the_same_seed(room, monkey
         assert one.file.startswith(room if room == "papilla_papers" else f"papilla/{room}/")
         assert one.applied(source) != source
         compile(one.applied(source), one.file, "exec")
-    places = mutants.TESTS.get(room, (f"tests/{room}",))
-    assert any((FOLDER.parent / place).exists() for place in places), "tests of the room are where they are looked for"
 
 
-def test_what_costs_a_third_more_than_in_the_last_release_is_printed_first(monkeypatch):
-    budget = loaded("budget", monkeypatch)
+def test_what_costs_a_third_more_than_in_the_last_release_is_printed_first():
+    budget = importlib.import_module("benchmarks.budget")
     was = {"version": "0.1", "jobs": {"press": {"seconds": 1.0, "units": 10.0, "peak_MiB": 100.0}}, "code_lines": 9}
     rows = list(budget.report({"press": budget.Figure(3.0, 14.0, 120.0), "new": budget.Figure(1, 1, 1)}, was, 7))
     assert rows[0] == "WORSE than in 0.1: press, time 1.40 times" and "WORSE" not in "".join(rows[1:])

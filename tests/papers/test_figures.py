@@ -2,13 +2,12 @@
 
 import csv
 import io
-import json
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.units import INCH_MM
@@ -122,15 +121,6 @@ def test_every_look_is_drawn():
     assert {key: cell.get_text().get_text() for key, cell in cells.get_celld().items()}[1, 1] == "1.5"
 
 
-class Unwritable(str):
-    """A cell of a table that cannot be written."""
-
-    def __str__(self):
-        raise ZeroDivisionError
-
-    __format__ = __repr__ = lambda self, *_: str(self)
-
-
 def test_figures_are_computed_once_and_written_whole_or_not_at_all(papers, tmp_path):
     made = figures(papers=papers)
     assert [one.stem for one in made] == ["old_table_i", "old_fig_1", "new_fig_1", "new_fig_2"]
@@ -143,8 +133,8 @@ def test_figures_are_computed_once_and_written_whole_or_not_at_all(papers, tmp_p
     assert paths["old_fig_1.svg"].read_bytes().startswith(b"<?xml")
     assert paths["old_table_i.csv"].read_text() == 'name,"f, Hz"\na,1.5\nb $,25.0 (25)\n'
     assert {path.name for path in (tmp_path / "out").iterdir()} == {path.name for path in paths.values()}
-    bad = replace(made[0], picture=Picture(table=PrintedTable(("a",), ((Unwritable("b"),),))))
-    with pytest.raises(ZeroDivisionError):
+    bad = replace(made[0], picture=Picture(table=PrintedTable(("a",), (("a", "b"), 1.0))))
+    with pytest.raises(TypeError):
         write(tmp_path / "bad", [*made[1:], bad], papers=papers)
     assert list((tmp_path / "bad").iterdir()) == []
     with pytest.raises(InputError, match=r"no paper is called '20O6'.*did you mean 2006\?"):
@@ -180,14 +170,10 @@ def test_signals_over_gratings():
         assert axes.get_ylim() == pytest.approx((0.5, 2 * 20.5)) and axes.get_yscale() == "log"
         marks = [line.get_xdata()[0] for line in axes.lines if line.get_linestyle() == ":"]
         assert marks == [pitch] * bool(pitch)
-    words = " ".join(
-        " ".join(text.get_text() for text in figure.findobj(lambda item: hasattr(item, "get_text"))).split()
-    )
+    words = " ".join(" ".join(text.get_text() for text in figure.findobj(Text)).split())
     assert "smooth skin" in words and "ridges of 0.5 mm pitch" in words
     assert "2 mm gives the largest signal: 20.5 µε at a_$b$, with ridges of 0.5 mm" in words
-    assert "Grey: noise of 1 to 5 µε. Dotted: the ridges' pitch." in words
-    (only,) = signals_figure(signals[:2], ["g1", "g2"]).axes
-    assert only.get_ylabel() == "signal, standard deviation (µε)"
+    assert len(signals_figure(signals[:2], ["g1", "g2"]).axes) == 1
 
 
 # ---- What the papers' figures show
@@ -224,12 +210,6 @@ def test_gratings_are_clusters_and_a_nearest_neighbour_names_them():
     assert float(re.search(r"gap of (\S+) Hz", each.found)[1]) > 0.5
 
 
-@pytest.mark.slow
-def test_a_speed_that_repeats_less_names_fewer_gratings():
-    table = paper_oddo.neighbours().table.rows
-    assert table[-1][-1] == "97.6" and table[-1][3] > 95 and table[-1][5] < 90
-
-
 def test_statistics_of_active_touch_scatter_more_than_those_of_passive_touch():
     tables = paper_oddo.passive_table().table, paper_oddo.active_table().table
     passive, active = (np.array([row[-4:] for row in table.rows], float) for table in tables)
@@ -238,11 +218,6 @@ def test_statistics_of_active_touch_scatter_more_than_those_of_passive_touch():
     assert np.all(active[:, 2] > active[:, 0]) and np.all(active[:, 0] > active[:, 3])
     expected = paper_oddo.expected().table.rows
     assert expected[2][1] == pytest.approx(float(expected[2][2]), abs=0.05)
-
-
-def test_every_textile_has_its_own_pattern():
-    shapes = [panel.shade.value.ravel() for panel in paper_oddo.textiles().panels]
-    assert len(shapes) == 5 and (np.corrcoef(shapes) - np.eye(len(shapes))).max() < 0.9
 
 
 def test_the_tables_of_textiles_are_the_printed_ones():
@@ -264,29 +239,6 @@ class TestSlides:
         assert impulses.x[2] - impulses.x[0] == pytest.approx(0.05, abs=0.002)
         assert printed.x == pytest.approx(impulses.x[[0, 2]], abs=0.003)
         assert len(made.panels[5].curves[0].x) > 8, "a finger feels every edge with every ridge"
-
-    def test_five_gratings_and_depths(self):
-        synthetic, felt = paper_2006.five_gratings().panels
-        means = [np.nanmean(one.y) for one in synthetic.curves if one.origin == "papilla"]
-        assert means[1] > means[2] > means[3] and len(felt.curves) == 10, "2.4, 1.8 and 1.2 mm stay apart"
-        force, _, printed = paper_2006.depths().panels[1].curves
-        assert np.all(np.diff(force.y) > 0)
-        assert np.interp(printed.x, force.x, force.y) == pytest.approx(printed.y, rel=0.5)
-
-    def test_natural_touch(self):
-        touch, rows = curves(paper_2006.natural_touch(), 1), slice(1000, None)
-        truth, density = touch["|v| / wavelength"], touch["synthetic"].y[rows]
-        late = [np.nanmean(density * np.roll(truth.y, lag)[rows]) for lag in range(0, 250, 10)]
-        assert 20 <= 10 * int(np.argmax(late)) <= 160, "it follows late"
-        single = curves(paper_2006.single_intervals(), 0)["synthetic"].y[rows]
-        flicker, steady = (np.nanmean(np.diff(one) ** 2) for one in (single, density))
-        assert flicker > 100 * steady and len(paper_2006.against_spectrum().panels) == 2
-
-    def test_contacts_and_spread(self):
-        hard, soft, _ = paper_2006.contacts().panels
-        assert soft.shade.over.sum() > 1.2 * hard.shade.over.sum() and hard.shade.value.max() > soft.shade.value.max()
-        sd = np.array([one.y for one in paper_2006.spread().panels[0].curves if one.origin == "papilla"])
-        assert np.all(np.diff(sd, axis=1) > 0) and np.all(np.diff(sd, axis=0) > 0)
 
     def test_zero_crossings(self):
         output, impulses = paper_2007.crossings().panels
@@ -325,23 +277,3 @@ class TestSlides:
         assert all(one.y.max() == 1 for one in (*heard, rough)) and len(heard) == 2
         assert np.corrcoef(heard[1].y, rough.y)[0, 1] > 0.5, "by finite elements rougher weaves are louder"
         assert np.argmax(paper_textiles.roughness().panels[0].curves[0].y) == 3
-
-
-# ---- The command
-
-
-def test_a_name_that_no_paper_has_is_refused(refused):
-    assert refused("figures", "--paper", "2o07").endswith("did you mean 2007?")
-
-
-@pytest.mark.slow
-def test_a_paper_is_written(papilla, tmp_path):
-    done = papilla("figures", "--paper", "2007", "--json", "--out", "here")
-    assert done.code == 0, done.err
-    answer = json.loads(done.out)
-    assert [one["name"] for one in answer["figures"]] == ["fig. 3", "fig. 5"]
-    files = {Path(one[kind]).name for one in answer["figures"] for kind in ("svg", "csv")} | {"figures.html"}
-    assert files == {path.name for path in (tmp_path / "here").iterdir()}
-    text = Path(answer["page"]).read_text()
-    assert all(one["title"] in text and one["found"] in text for one in answer["figures"])
-    assert "2 figures" in papilla("figures", "--paper", "2007", "--out", "here").out

@@ -37,35 +37,18 @@ def ask(*claims, only="", run=lambda tell: {"four": 4.0}, **how):
 
 
 @pytest.mark.parametrize(
-    "accepted, measured, holds",
+    "interval, within, outside, words",
     [
-        ({"by": 0.1}, 4.1, True), ({"by": 0.1}, 4.11, False), ({"percent": 10.0}, 3.6, True),
-        ({"percent": 10.0}, 3.59, False), ({"near": 5.0, "by": 0.5}, 4.6, True), ({"least": 5.0}, 4.99, False),
-        ({"most": 5.0}, 4.99, True), ({"least": 0.0}, math.nan, False), ({}, 4.0, True), ({}, 4.001, False),
+        ({"by": 0.1}, 4.1, 4.11, "3.9 to 4.1"), ({"percent": 10.0}, 3.6, 3.59, "3.6 to 4.4"), ({}, 4.0, 4.001, "4"),
+        ({"near": 5.0, "by": 0.5}, 4.6, 4.4, "4.5 to 5.5"), ({"most": -5.0}, -5.01, -4.99, "≤ −5"),
+        ({"least": 5.0}, 5.0, math.nan, "≥ 5"),
     ],
 )  # fmt: skip
-def test_the_verdict_is_that_of_the_tolerance(accepted, measured, holds):
-    answer = Answer.of(claim(accepted=accepted), toy(), {"four": measured})
-    assert answer.verdict == ("reproduced" if holds else "not reproduced")
-
-
-@pytest.mark.parametrize(
-    "interval, words",
-    [
-        ({"by": 0.1}, "3.9 to 4.1"),
-        ({}, "4"),
-        ({"least": 5.0}, "≥ 5"),
-        ({"most": -5.0}, "≤ −5"),
-        ({"by": 1e-5}, "4 to 4"),
-    ],
-)
-def test_what_is_accepted_in_words(interval, words):
-    answer = Answer.of(claim(accepted=interval), toy(), {"four": 4.0})
-    assert accepted(answer) == words and published(answer) == "4"
-    assert published(Answer.of(claim(published=[1.0, 2.5], accepted={"by": 1.0}), toy(), {"four": 4.0})) == "1–2.5"
-
-
-def test_where_words_are_published_all_must_agree():
+def test_the_verdict_is_that_of_the_tolerance(interval, within, outside, words):
+    for measured, verdict in ((within, "reproduced"), (outside, "not reproduced")):
+        answer = Answer.of(claim(accepted=interval), toy(), {"four": measured})
+        assert answer.verdict == verdict and accepted(answer) == words and published(answer) == "4"
+    assert published(Answer.of(claim(published=[1.0, 2.5]), toy(), {"four": 4.0})) == "1–2.5"
     for share, verdict in ((1.0, "reproduced"), (0.99, "not reproduced")):
         assert Answer.of(claim(published="a rule", accepted={}), toy(), {"four": share}).verdict == verdict
 
@@ -76,14 +59,19 @@ def test_claims_of_an_experiment_share_one_run_and_a_note_tells_what_was_found()
     def run(tell):
         runs.append(1)
         tell("summing")
-        return {"four": 4.0}
+        return {"four": 4.0, "four_alone": 4.5}
 
-    first, second = ask(
-        claim(), claim("T2", accepted={"least": 5.0}), run=run, progress=lambda *line: lines.append(line)
-    )
+    contradicted = claim("T2", accepted={"least": 5.0}, contradiction=True, evidence="fitted")
+    first, second = answers = ask(claim(), contradicted, run=run, progress=lines.append)
     assert (first.measured, first.verdict, first.note) == (4.0, "reproduced", "4.0 it is, by hand")
     assert second.verdict == "not reproduced" and second.to_json()["accepted"] == [5.0, None]
-    assert len(runs) == 1 and lines == [("toy", 0, 1), ("toy: summing", 0, 1)]
+    assert len(runs) == 1 and [(str(line), line.done, line.total) for line in lines] == [
+        ("toy", 0, 1), ("toy: summing", 0, 1)
+    ]  # fmt: skip
+    assert (first.left_out, second.left_out, beside(second)) == (None, 4.5, "left out of the fit: 4.5 -")
+    assert by_evidence(answers) == {"predicted": 0, "simulated": 1, "fitted": 0, "implemented": 0}
+    words = "2 claims: 1 reproduced (0 predicted, 1 simulated, 0 fitted, 0 implemented), 1 not reproduced"
+    assert head(answers).startswith(words) and "in 1 of all rows the print contradicts" in head(answers)
 
 
 def raising(error):
@@ -115,13 +103,6 @@ def test_a_part_that_ends_in_an_error_takes_its_own_rows_alone():
     assert lost.verdict == "not testable here" and "diverged" in lost.note and lost.measured is None
 
 
-def test_heads_count_by_evidence_and_contradictions():
-    answers = ask(claim(), claim("T2", evidence="fitted"), claim("T3", accepted={"least": 5.0}, contradiction=True))
-    assert by_evidence(answers) == {"predicted": 0, "simulated": 1, "fitted": 1, "implemented": 0}
-    words = "3 claims: 2 reproduced (0 predicted, 1 simulated, 1 fitted, 0 implemented), 1 not reproduced"
-    assert head(answers).startswith(words) and "in 1 of all rows the print contradicts" in head(answers)
-
-
 def test_only_takes_keys_and_words_and_refuses_what_no_claim_holds():
     both = claim(), claim("T10", claim="three times two")
     for only, keys in (("TWICE", ["T1"]), ("t1", ["T1"]), ("toy", ["T1", "T10"])):
@@ -139,12 +120,16 @@ def test_the_registry_is_whole():
         assert claim.evidence in EVIDENCE_KINDS and (claim.evidence == "none") == bool(claim.cannot), claim.key
         assert claim.tolerance or claim.evidence in ("implemented", "none"), claim.key
         assert (claim.evidence == "implemented") == bool(claim.test), claim.key
-        if claim.test:
-            file, name = claim.test.split("::")
-            assert f"def {name}(" in (TESTS / file).read_text(encoding="utf-8"), claim.key
         for name, values in claim.vary.items():
             assert getattr(NAMED[claim.experiment].assumed, name) not in values, f"{claim.key}: {name} is assumed"
         assert not claim.vary or claim.finding in NAMED[claim.experiment].varied, claim.key
+
+
+def test_an_implemented_claim_names_a_test_that_exists():
+    named = {claim.test for claim in ALL_CLAIMS if claim.test}
+    sources = {file: TESTS / file for file, _ in (test.split("::") for test in named)}
+    text = {file: path.read_text(encoding="utf-8") if path.exists() else "" for file, path in sources.items()}
+    assert [test for test in sorted(named) if f"def {test.split('::')[1]}(" not in text[test.split("::")[0]]] == []
 
 
 @dataclass(frozen=True)
@@ -178,22 +163,8 @@ def test_a_row_that_is_not_reproduced_is_computed_with_other_values(missed):
     assert beside(replace(answer, sensitivity=(), claim=replace(row, fixed="no value decides"))) == "no value decides"
 
 
-def test_beside_a_fitted_row_stands_what_the_fit_without_it_gives():
-    answer = Answer.of(claim(evidence="fitted", unit="gf"), toy(), {"four": 4.0, "four_alone": 4.5})
-    assert beside(answer) == "left out of the fit: 4.5 gf" and answer.to_json()["left_out"] == 4.5
-    assert Answer.of(claim(), toy(), {"four": 4.0, "four_alone": 4.5}).left_out is None
-
-
 def test_nine_of_ten_answers_are_significant_and_eight_are_not():
     assert binomtest(9, 10).pvalue < 0.05 < binomtest(8, 10).pvalue
-
-
-def test_yarns_an_inch_agree_with_the_printed_weights():
-    """Mass of an area: yarns over their count (Ne, 590.5 tex over it); three of four within a tenth if per inch."""
-    printed = {(95, 64, 16, 16): 244, (65, 100, 40, 32): 208, (175, 108, 40, 40): 175, (78, 59, 12, 8): 341}
-    ratios = [(a / m + b / n) * 590.5 / 25.4 / grams for (a, b, m, n), grams in printed.items()]
-    assert sum(abs(ratio - 1) < 0.1 for ratio in ratios) == 3
-    assert all(0.254 * ratio < 0.3 for ratio in ratios), "and none per 10 cm"
 
 
 def test_the_page_is_self_contained_and_has_every_row(tmp_path):
@@ -203,11 +174,6 @@ def test_the_page_is_self_contained_and_has_every_row(tmp_path):
     text = (tmp_path / "reproduce.html").read_text()
     assert text.count('id="T1"') == 2 and "http" not in text.replace("http-equiv", "") and "<script" not in text
     assert summary([answer for result in found for answer in result.answers])["reproduced"] == 2
-
-
-def test_spaced_values_include_both_ends():
-    ends = SettingsTable({"from": 1.0, "to": 4.0, "count": 3})
-    assert even(ends).tolist() == [1.0, 2.5, 4.0] and by_factors(ends) == pytest.approx([1.0, 2.0, 4.0])
 
 
 def test_every_value_of_a_scene_is_read():
@@ -226,8 +192,9 @@ def test_every_value_of_a_scene_is_read():
     assert {key for table in scenes().values() for key in keys(table)} <= words
 
 
-MISSED = {"counts": "B5", "textiles": "E8 E9", "impulses": "X12 A19 X2", "wavelets": "D6 D20 D21"}
-"""Experiment -> keys of its claims that papilla does not reproduce, of those of this file that are quick."""
+MISSED = {"counts": "B5", "textiles": "E8 E9", "impulses": "X12 A19 X2", "wavelets": "D6 D20 D21", "specimens": ""}
+MISSED |= {"presses": "A30 X5", "softness": "A36b A38 A39 A40"}
+"""Experiment -> keys of its claims that papilla does not reproduce, of those that are quick with a warm cache."""
 
 
 @cache
@@ -246,6 +213,11 @@ def test_a_quick_experiment_reproduces_all_but_what_is_known_to_contradict(name)
     answers = verdicts(name, with_cause(name))
     assert {key for key, answer in answers.items() if answer.verdict != "reproduced"} == set(MISSED[name].split())
     assert all("{" not in answer.note and "nan" not in answer.note.lower() for answer in answers.values())
+
+
+def test_spaced_values_include_both_ends():
+    ends = SettingsTable({"from": 1.0, "to": 4.0, "count": 3})
+    assert even(ends).tolist() == [1.0, 2.5, 4.0] and by_factors(ends) == pytest.approx([1.0, 2.0, 4.0])
 
 
 @pytest.mark.slow
@@ -270,22 +242,17 @@ def test_without_its_cause_no_predicted_or_simulated_row_holds(experiment):
 
 
 @pytest.mark.slow
-def test_json_has_the_documented_keys(papilla, tmp_path):
+def test_the_command_writes_its_rows(papilla, tmp_path):
     done = papilla("reproduce", "--only", "C22", "--json", "--out", "pages")
-    assert done.code == 0, done.err
     (row,) = json.loads(done.out)["claims"]
-    assert {"source", "claim", "published", "measured", "unit", "verdict", "note", "evidence", "noise", "seeds"} <= set(
-        row
-    )
     assert row["verdict"] == "reproduced" and abs(row["measured"] - 31.25) < 0.01
     assert (tmp_path / "pages" / "reproduce.html").read_text().count('id="C22"') == 1
+    assert "not reproduced" in papilla("reproduce", "--only", "X2").out
 
 
-@pytest.mark.slow
-def test_the_table_has_notes_where_there_are_few_rows(papilla):
-    done = papilla("reproduce", "--only", "X2")
-    assert done.code == 0 and "accepted" in done.out and "not reproduced" in done.out
-
-
-def test_text_that_no_claim_holds_is_refused(refused):
-    assert "perpetual motion" in refused("reproduce", "--only", "perpetual motion")
+def test_yarns_an_inch_agree_with_the_printed_weights():
+    """Mass of an area: yarns over their count (Ne, 590.5 tex over it); three of four within a tenth if per inch."""
+    printed = {(95, 64, 16, 16): 244, (65, 100, 40, 32): 208, (175, 108, 40, 40): 175, (78, 59, 12, 8): 341}
+    ratios = [(a / m + b / n) * 590.5 / 25.4 / grams for (a, b, m, n), grams in printed.items()]
+    assert sum(abs(ratio - 1) < 0.1 for ratio in ratios) == 3
+    assert all(0.254 * ratio < 0.3 for ratio in ratios), "and none per 10 cm"

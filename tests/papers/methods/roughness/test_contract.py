@@ -14,6 +14,8 @@ from papilla_papers.methods.roughness import (
     RoughnessStatus,
     ShortTimeSpectrum,
     ZeroCrossing,
+    expected_error,
+    optimal_period,
 )  # fmt: skip
 
 CLASSES = (ImpulseDensity, ImpulseInterval, ZeroCrossing, ShortTimeSpectrum, Okamoto)
@@ -82,13 +84,6 @@ def test_a_state_of_other_settings_is_refused(make, other):
         make().state = make(**other).state
 
 
-def test_a_state_of_another_filter_or_hop_is_refused():
-    with pytest.raises(InputError, match="high-pass of 20 Hz"):
-        ZeroCrossing().state = ZeroCrossing(high_pass_Hz=20.0).state
-    with pytest.raises(InputError, match="every 7 samples"):
-        ShortTimeSpectrum().state = ShortTimeSpectrum(hop_s=0.007).state
-
-
 @every
 def test_faults_are_answered_with_a_status_and_leave_no_trace(make, grating):
     rows = grating(1.2, seconds=2.0)
@@ -136,18 +131,6 @@ def test_times_make_gaps_and_duplicates_known(make, grating):
 
 
 @every
-def test_what_the_sampling_rate_cannot_show_is_refused(make, grating):
-    rows = grating(1.2, seconds=1.5)
-    rows[:, 1] = 300.0
-    fast = make(wavelength_range_mm=(0.4, 6.0)).process(rows)
-    printed = make().variant == "as_printed"  # No paper prints a limit of the speed
-    assert (fast.status[-50:] == RoughnessStatus["OK" if printed else "ALIASED"]).all()
-    assert printed or np.isnan(fast.wavelength_mm).all()
-    flicker = np.column_stack([np.tile([1.0, 1.0, -1.0, -1.0, 1.0, -1.0], 250), np.full(1500, 100.0)])
-    assert not (make().process(flicker).frequency_Hz > 500).any()
-
-
-@every
 def test_other_rates_integer_counts_and_float32(make, grating):
     rows, rate = grating(2.4, snr_dB=60, seconds=3.0, rate=2500.0), {"sample_rate_Hz": 2500.0}
     answer, kind = make(**rate).process(rows), make()
@@ -189,16 +172,22 @@ def test_unusable_parameters_are_refused(cls, arguments, message):
         cls(**arguments)
 
 
-def test_specific_parameters_blocks_and_samples_are_refused():
-    with pytest.raises(InputError, match="hop_s must be between one sample and window_s, got 0.3 s"):
-        ShortTimeSpectrum(hop_s=0.3)
-    with pytest.raises(InputError, match="high_pass_Hz must be below half of sample_rate_Hz, got 500"):
-        ZeroCrossing(high_pass_Hz=500.0)
-    with pytest.raises(InputError, match="n x 2 or 3 .* got 4 x 5"):
-        ImpulseDensity().process(np.zeros((4, 5)))
-    with pytest.raises(InputError, match="got 1 values"):
-        ImpulseDensity().update((1.0,))
-    assert ImpulseDensity().process(np.zeros((0, 2))).status.shape == (0,)
+@pytest.mark.parametrize(
+    "refused, message",
+    [
+        (lambda: setattr(ZeroCrossing(), "state", ZeroCrossing(high_pass_Hz=20.0).state), "high-pass of 20 Hz"),
+        (lambda: setattr(ShortTimeSpectrum(), "state", ShortTimeSpectrum(hop_s=0.007).state), "every 7 samples"),
+        (lambda: ShortTimeSpectrum(hop_s=0.3), "hop_s must be between one sample and window_s, got 0.3 s"),
+        (lambda: ZeroCrossing(high_pass_Hz=500.0), "high_pass_Hz must be below half of sample_rate_Hz, got 500"),
+        (lambda: ImpulseDensity().process(np.zeros((4, 5))), "n x 2 or 3 .* got 4 x 5"),
+        (lambda: ImpulseDensity().update((1.0,)), "got 1 values"),
+        (lambda: expected_error([0.1, 0.0], 1.0, 100.0, 1.0), "period_s must be positive"),
+        (lambda: optimal_period(0.0, 100.0, 1.0), "wavelength_mm must be greater than 0"),
+    ],
+)
+def test_states_blocks_and_parameters_of_one_method_are_refused(refused, message):
+    with pytest.raises(InputError, match=message):
+        refused()
 
 
 @pytest.mark.parametrize("cls", CLASSES)
@@ -211,6 +200,7 @@ def test_limits_are_where_they_are_said_to_be(cls, grating):
     for speed, fast in ((198.0, False), (202.0, True)):
         rows[:, 1] = speed
         assert (cls(variant="corrected").process(rows).status[-1] == RoughnessStatus.ALIASED) == fast
+        assert cls(variant="as_printed").process(rows).status[-1] == RoughnessStatus.OK, "no limit is printed"
 
 
 @pytest.mark.parametrize("at", range(640, 650))

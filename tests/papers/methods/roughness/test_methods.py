@@ -83,7 +83,6 @@ def test_the_printed_threshold_loses_the_finest_grating_and_the_corrected_does_n
     assert rms_error(lambda: ImpulseInterval(variant="corrected"), WAVELENGTHS, snr_dB=40.0) < 0.04
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "make, variant, kind, least, most",
     [
@@ -96,10 +95,6 @@ def test_the_printed_threshold_loses_the_finest_grating_and_the_corrected_does_n
 )  # fmt: skip
 def test_the_figures_of_the_docstrings(make, variant, kind, least, most, rms_error):
     assert least < rms_error(lambda: make(variant=variant), WAVELENGTHS, kind) < most
-
-
-def test_okamoto_is_better_below_two_millimetres(rms_error):
-    assert rms_error(Okamoto, (0.6, 1.4), "act2", seeds=(0,)) < rms_error(Okamoto, (2.2, 3.0), "act2", seeds=(0,))
 
 
 @pytest.mark.parametrize("window_s", [0.1, 0.2])
@@ -130,14 +125,6 @@ def test_spectra_are_held_between_hops(grating):
     assert changes.size and (np.diff(changes) % 10 == 0).all()
 
 
-def test_008_s_is_the_optimum_of_three_and_a_half_millimetres_in_natural_touch():
-    assert optimal_period(3.48, 100.0, 1.0) == pytest.approx(0.08, rel=2e-3)
-    periods = np.linspace(0.02, 0.3, 2801)
-    for touch in ((3.48, 100.0, 1.0), (2.0, 200.0, 0.7)):
-        best = periods[np.argmin(expected_error(periods, *touch))]
-        assert best == pytest.approx(optimal_period(*touch), rel=0.02)
-
-
 @pytest.mark.parametrize("period", [0.06, 0.1, 0.15])
 def test_the_expected_error_is_what_counting_does(period):
     """Whole periods counted over A in a sinusoidal touch: two whole cycles, many phases, against the formula."""
@@ -149,13 +136,10 @@ def test_the_expected_error_is_what_counting_does(period):
     count = passed - np.roll(passed, round(period * rate), axis=1)
     rms = np.sqrt(np.mean((count / period - truth)[:, round(rate) :] ** 2))
     assert rms == pytest.approx(expected_error(period, wavelength, speed, 1.0), rel=0.03)
-
-
-def test_expected_error_refuses_what_is_not_positive():
-    with pytest.raises(InputError, match="period_s must be positive"):
-        expected_error([0.1, 0.0], 1.0, 100.0, 1.0)
-    with pytest.raises(InputError, match="wavelength_mm must be greater than 0"):
-        optimal_period(0.0, 100.0, 1.0)
+    assert optimal_period(3.48, 100.0, 1.0) == pytest.approx(0.08, rel=2e-3), "the printed window of natural touch"
+    periods = np.linspace(0.02, 0.3, 2801)
+    best = periods[np.argmin(expected_error(periods, 2.0, 200.0, 0.7))]
+    assert best == pytest.approx(optimal_period(2.0, 200.0, 0.7), rel=0.02)
 
 
 def test_amplitude_over_wavelength_is_a_quartic():
@@ -167,11 +151,7 @@ def test_amplitude_over_wavelength_is_a_quartic():
     other = fit_amplitude(wavelength, noisy)
     missed = np.sum((noisy - other(wavelength)) ** 2) / np.sum((noisy - noisy.mean()) ** 2)
     assert other.r_squared == pytest.approx(1 - missed) and 0.5 < other.r_squared < 1.0
-    for columns, message in (
-        (([1, 2, 3, 4, 4], [1, 2, 3, 4, 5]), "5 different wavelengths, got 4"),
-        (([1, 2, 3], [1, 2]), "two equal columns"), (([1, 2, 3, 4, np.nan], [1, 2, 3, 4, 5]), "finite"),
-    ):  # fmt: skip
-        with pytest.raises(InputError, match=message):
-            fit_amplitude(*columns)
+    with pytest.raises(InputError, match="5 different wavelengths, got 4"):
+        fit_amplitude([1, 2, 3, 4, 4], [1, 2, 3, 4, 5])
     with pytest.raises(InputError, match="must lie between 0.8 and 2"):
         fit(2.1)

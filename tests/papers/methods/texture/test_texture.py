@@ -10,7 +10,6 @@ from papilla_papers.methods.texture import (
     concordance,
     grubbs_critical,
     grubbs_outliers,
-    integral,
     leave_m_out,
     log_band_features,
     matching_band,
@@ -50,6 +49,7 @@ def test_the_grid_is_that_of_table_2():
     widths = [sorted(set((high - low)[number == n])) for n in (3, 6, 7, 8, 9)]
     assert widths == [list(range(1, 21)), list(range(5, 51, 5)), *[list(range(10, 101, 10))] * 3]
     drawn = random_bands(200, 1)
+    assert drawn == random_bands(200, 1) != random_bands(200, 2)
     assert set(drawn) <= {tuple(band) for band in bands.tolist()} and len({band[0] for band in drawn}) == 9
 
 
@@ -64,13 +64,7 @@ def test_18_to_118_hz_is_a_corner_of_the_grid_and_not_of_the_fabric(exponent):
     assert narrow.low_Hz < 200 < narrow.high_Hz and not narrow.corner and "corner" not in narrow.sentence
 
 
-def test_random_search_finds_no_more_than_the_exhaustive_one_and_some_of_its_bands():
-    drawn, every, signal = random_bands(300, seed=4), printed_bands(), shaped(0.5, 0)
-    assert set(drawn) <= set(every) and drawn == random_bands(300, seed=4) != random_bands(300, seed=5)
-    assert best_band(signal, RATE, drawn).amplitude <= best_band(signal, RATE, every).amplitude
-
-
-def test_the_band_that_follows_the_scores_is_found_and_a_search_alone_proves_little():
+def test_the_band_that_follows_the_scores_is_found():
     scores, time, bands = np.array([1.0, 2.0, 3.0, 4.0]), np.arange(4000) / RATE, printed_bands()
     tones = np.outer(np.sin(2 * np.pi * 70 * time), scores) + 3 * np.sin(2 * np.pi * 5 * time)[:, None]
     records = tones + 1e-3 * np.random.default_rng(0).normal(size=tones.shape)
@@ -79,22 +73,6 @@ def test_the_band_that_follows_the_scores_is_found_and_a_search_alone_proves_lit
     amplitude = band_amplitudes(records, RATE, [found.low_Hz, found.high_Hz])[0]
     again = concordance(amplitude / amplitude.max(), scores / 4)
     assert again.coefficient == pytest.approx(found.agreement.coefficient, abs=1e-6)
-    fixed, searched, frequency = [], [], np.fft.rfftfreq(4000, 1 / RATE)
-    for seed in range(20):
-        generator = np.random.default_rng(seed)
-        gains = np.exp(0.2 * generator.normal(size=(51, 4)))
-        level = np.column_stack([np.interp(frequency, np.arange(51) * 20, gain) for gain in gains.T])
-        phases = np.exp(2j * np.pi * generator.uniform(size=level.shape))
-        noise = np.fft.irfft(level * phases / (1 + frequency / 60)[:, None], 4000, axis=0)
-        drawn = generator.uniform(0.3, 1, 4)
-        for coefficients, choice in ((searched, bands), (fixed, [(7, 18, 118)])):
-            coefficients.append(matching_band(noise, RATE, drawn, choice).agreement.coefficient)
-    assert np.median(searched) > 0.6 > 0.4 > np.median(fixed), "scores that have nothing to do with the records"
-
-
-def test_lines_are_rectangles_around_their_numbers():
-    found = integral(np.array([[1.0], [2.0], [3.0], [4.0]]), [0.0, 0.5, 1.5, 2.0, 2.75])
-    np.testing.assert_allclose(found[:, 0], [0.5, 2.0, 1.5, 0.5 * 3 + 0.25 * 4])
 
 
 @pytest.mark.parametrize(
@@ -102,7 +80,6 @@ def test_lines_are_rectangles_around_their_numbers():
     [
         (lambda: best_band(shaped(1, 0), 999.0, printed_bands()), "a rate of 999 Hz cannot show"),
         (lambda: band_amplitudes(shaped(1, 0), RATE, [1, 10, 1200]), "rise from 0 or more to at most 1000 Hz"),
-        (lambda: band_amplitudes(shaped(1, 0), RATE, [10, 5]), "rise from 0 or more to at most 1000 Hz"),
         (lambda: band_amplitudes([np.nan] * 10, RATE, [1, 2]), "finite"),
         (lambda: best_band(shaped(1, 0), RATE, []), "no band"),
         (lambda: random_bands(0, 1), "draws must be at least 1"),
@@ -110,17 +87,13 @@ def test_lines_are_rectangles_around_their_numbers():
         (lambda: concordance([1, 2, 3], [1, 2, 3]), "4 or more"),
         (lambda: concordance([1, 1, 1, 1], [1, 2, 3, 4]), "does not change"),
         (lambda: concordance([1, 2, 3, np.nan], [1, 2, 3, 4]), "finite"),
-        (lambda: concordance([1, 2, 3, 4], [1, 2, 3, np.inf]), "finite"),
         (lambda: grubbs_outliers([1.0, 2.0]), "three or more"),
-        (lambda: grubbs_critical(2), "three values or more, got 2"),
         (lambda: normalised_scores([[1.0, -1.0]]), "positive"),
         (lambda: log_band_features(np.ones((128, 1)), 35.6, 4), "does not change"),
         (lambda: leave_m_out(*gratings(0.01, 0), 4, seed=0), "left_out = 4 of 24 runs does not leave an equal"),
-        (lambda: leave_m_out(*gratings(0.01, 0), 0, seed=0), "left_out = 0"),
         (lambda: leave_m_out(*gratings(0.01, 0), 21, seed=0, neighbours=3), "3 neighbours need as many"),
         (lambda: leave_m_out(np.ones((24, 2)), np.zeros(24), 3, seed=0), "at least two different labels"),
         (lambda: leave_m_out(np.ones((23, 2)), np.arange(24) % 3, 3, seed=0), "must be finite and fit 24 labels"),
-        (lambda: leave_m_out(np.full((24, 2), np.nan), np.arange(24) % 3, 3, seed=0), "finite and fit 24 labels"),
     ],
 )
 def test_what_cannot_be_computed_is_refused(refused, message):
@@ -138,6 +111,8 @@ def test_concordance_of_a_published_comparison():
     assert found.low < found.coefficient < found.high < 1
     assert found.coefficient == pytest.approx(found.correlation * found.bias)
     assert concordance(3 * x + 7, 3 * y + 7).low == pytest.approx(found.low)
+    same = concordance(x, x)
+    assert same.coefficient == pytest.approx(1.0) and same.low == same.coefficient == same.high
     shifted = concordance(x, y + 100)
     assert shifted.correlation == pytest.approx(found.correlation) and shifted.coefficient < 0.7
 
@@ -151,15 +126,6 @@ def test_the_interval_covers_the_truth_as_often_as_it_says(shift, scale, rho):
         found = concordance(x, shift + scale * (rho * x + np.sqrt(1 - rho**2) * e))
         covered += found.low <= truth <= found.high
     assert 0.90 <= covered / 400 <= 0.985
-
-
-def test_four_fabrics_prove_little():
-    """0.985 of four pairs: the interval goes down to 0.8 even without any shift or difference of scale."""
-    x = np.array([1.0, 2.0, 3.0, 4.0])
-    found = concordance(x, x + np.array([0.19, -0.19, -0.19, 0.19]))
-    assert found.coefficient > 0.98 and found.low < 0.85
-    same = concordance(x, x)
-    assert same.coefficient == pytest.approx(1.0) and same.low == same.coefficient == same.high
 
 
 @pytest.mark.parametrize(
@@ -187,9 +153,6 @@ def test_scores_lose_the_scale_of_the_assessor_only():
     found = normalised_scores(np.outer([1.0, 10.0, 0.3], truth))
     np.testing.assert_allclose(found / found[:, :1], np.tile(truth, (3, 1)))
     np.testing.assert_allclose(found, found[:1].repeat(3, axis=0))
-
-
-def test_features_do_not_see_offset_or_trend_but_the_spectrum():
     generator = np.random.default_rng(0)
     window = generator.normal(size=(128, 3))
     one = log_band_features(window, 35.6, 4)
@@ -206,15 +169,6 @@ def gratings(spread: float, seed: int):
     labels = np.repeat([400, 440, 480], 8)
     frequency = 26_000 / labels * (1 + spread * generator.normal(size=24))
     return frequency[:, None] * (1 + 0.002 * generator.normal(size=(24, 2))), labels
-
-
-def test_leave_m_out_is_perfect_for_runs_that_repeat_and_falls_with_the_speed():
-    steady = leave_m_out(*gratings(0.005, 1), 21, seed=3, splits=50)
-    assert steady.accuracy == 1.0 == steady.low
-    worse = [leave_m_out(*gratings(spread, 1), 21, seed=3, splits=100).accuracy for spread in (0.01, 0.03, 0.10)]
-    assert worse == sorted(worse, reverse=True) and worse[-1] < 0.7
-    more = leave_m_out(*gratings(0.03, 1), 3, seed=3, splits=100)
-    assert more.accuracy > worse[1], "more training runs help"
 
 
 @pytest.mark.parametrize("left_out, neighbours", [(15, 1), (9, 3)])
@@ -234,3 +188,9 @@ def test_accuracy_is_that_of_nearest_neighbours_written_out(left_out, neighbours
         right.append(np.mean(named == labels[test]))
     assert found.accuracy == pytest.approx(np.mean(right)) and found.accuracy < 1
     assert (found.low, found.high) == (min(right), max(right))
+
+
+def test_random_search_finds_no_more_than_the_exhaustive_one_and_some_of_its_bands():
+    drawn, every, signal = random_bands(300, seed=4), printed_bands(), shaped(0.5, 0)
+    assert set(drawn) <= set(every) and drawn == random_bands(300, seed=4) != random_bands(300, seed=5)
+    assert best_band(signal, RATE, drawn).amplitude <= best_band(signal, RATE, every).amplitude

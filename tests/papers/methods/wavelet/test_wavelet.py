@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from papilla.core.errors import InputError
 from papilla_papers.methods.wavelet import (
@@ -36,40 +37,16 @@ def test_transform_equals_a_direct_convolution():
     found = morlet(samples, RATE, frequency)
     for row, f in enumerate(frequency):
         np.testing.assert_allclose(found.coefficients[row], by_convolution(samples, RATE, f), atol=2e-8)
-
-
-def test_a_sinusoid_has_its_ridge_at_its_frequency_and_its_phase():
-    time = np.arange(900) / RATE
-    frequency = octaves(8, 60, 100)
-    found = morlet(2 * np.cos(2 * np.pi * 20.8 * time + 0.4), RATE, frequency)
-    middle = found.coefficients[:, 450]
-    best = np.abs(middle).argmax()
-    assert frequency[best] == pytest.approx(20.8, rel=0.004)
-    assert np.angle(middle[best] * np.exp(-2j * np.pi * 20.8 * time[450])) == pytest.approx(0.4, abs=0.01)
-    assert found.inside[best, 450] and not found.inside[best, 0]
     np.testing.assert_allclose(found.edge_s, np.sqrt(2) * (6 + np.sqrt(38)) / (4 * np.pi * frequency))
+    assert found.inside[2, 200] and not found.inside[2, 0]
 
 
-def test_white_noise_has_unit_power_and_red_noise_its_spectrum():
-    generator, frequency = np.random.default_rng(1), np.array([10.0, 30.0, 70.0])
-    white, red, alpha = np.zeros(3), np.zeros(3), 0.7
-    for _ in range(30):
-        noise = generator.normal(size=1500)
-        walk = noise.copy()
-        for k in range(1, walk.size):
-            walk[k] += alpha * walk[k - 1]
-        for total, signal in ((white, noise), (red, walk * np.sqrt(1 - alpha**2))):
-            wave = morlet(signal, RATE, frequency)
-            total += [power[ok].mean() / 30 for power, ok in zip(wave.power, wave.inside, strict=True)]
-    np.testing.assert_allclose(white, 1.0, rtol=0.1)
-    np.testing.assert_allclose(red, RedNoise(1.0, alpha).power(frequency, RATE), rtol=0.15)
-
-
-def test_significance_levels_hold_for_noise():
+@pytest.mark.parametrize("alpha", [0.0, 0.7])
+def test_significance_levels_hold_for_noise(alpha):
     generator, frequency = np.random.default_rng(2), octaves(10, 80, 6)
     single, cross = [], []
     for _ in range(25):
-        a, b = generator.normal(size=(2, 1200))
+        a, b = lfilter([1.0], [1.0, -alpha], generator.normal(size=(2, 1200)))
         wave = morlet(a, RATE, frequency)
         single.append((wave.power > RedNoise.of(a).power(frequency, RATE)[:, None] * -np.log(0.05))[wave.inside].mean())
         pair = cross_wavelet(a, b, RATE, frequency)
@@ -150,24 +127,10 @@ def test_all_periods_of_a_phase_are_listed():
     assert periods_of_phase(0.0, 1.0, (2.0, 10.0)).size == 0
 
 
-def test_passive_touch_table_of_the_paper():
-    """f = v / period from 13.9 to 25.0 Hz: 0.40, 0.44, 0.48 mm at 6.7 and 10 mm/s, spread within 1.6 % of the mean."""
-    time = np.arange(900) / RATE
-    for period_mm in (0.40, 0.44, 0.48):
-        for speed in (20 / 3, 10.0):
-            generator = np.random.default_rng(3)
-            wave = np.cos(2 * np.pi * speed * time / period_mm)
-            pair = [wave + generator.normal(0, 0.2, 900) for _ in range(2)]
-            window = cross_wavelet(*pair, RATE, octaves(5, 60, 100)).ridge.window(350, 549)
-            assert window.mean_Hz == pytest.approx(speed / period_mm, rel=0.01)
-            assert window.sd_Hz / window.mean_Hz < 0.016
-
-
 @pytest.mark.parametrize(
     "refused, message",
     [
         (lambda: morlet(SAMPLES, RATE, [20.0, 150.0]), "frequency_Hz must lie between 3 .* and below 150"),
-        (lambda: morlet(SAMPLES, RATE, [2.0, 20.0]), "between 3 .* got 2 to 20"),
         (lambda: morlet([1.0, np.nan] * 10, RATE, 20.0), "8 or more finite samples"),
         (lambda: cross_wavelet(SAMPLES, SAMPLES[:-1], RATE, 20.0), "equally long"),
         (lambda: cross_wavelet(SAMPLES, np.ones(100), RATE, 20.0), "never change"),
@@ -175,7 +138,6 @@ def test_passive_touch_table_of_the_paper():
         (lambda: octaves(5, 9, 0), "per_octave must be at least 1, got 0"),
         (lambda: periods_of_phase(1.0, 1.0, (2.0, 1.0)), "period_range_mm must rise"),
         (lambda: cross_quantile(0.9e-12), "level must lie between 1e-12 and 0.5"),
-        (lambda: cross_quantile(0.51), "level must lie between 1e-12 and 0.5"),
     ],
 )
 def test_unusable_input_is_refused(refused, message):
@@ -198,3 +160,28 @@ def test_the_level_of_what_is_common_is_that_of_the_channels_difference(gain):
     # Of channels that are the same but for a gain rounding is left, and any change is over it.
     same = common_threshold(one, 3 * one, 300.0, frequency)
     np.testing.assert_allclose(same, 3 * one.var() * 600 * (1e-24 / 600) * 3.8415 / 2, rtol=1e-3)
+
+
+def test_a_sinusoid_has_its_ridge_at_its_frequency_and_its_phase():
+    time = np.arange(900) / RATE
+    frequency = octaves(8, 60, 100)
+    found = morlet(2 * np.cos(2 * np.pi * 20.8 * time + 0.4), RATE, frequency)
+    middle = found.coefficients[:, 450]
+    best = np.abs(middle).argmax()
+    assert frequency[best] == pytest.approx(20.8, rel=0.004)
+    assert np.angle(middle[best] * np.exp(-2j * np.pi * 20.8 * time[450])) == pytest.approx(0.4, abs=0.01)
+    assert found.inside[best, 450] and not found.inside[best, 0]
+    np.testing.assert_allclose(found.edge_s, np.sqrt(2) * (6 + np.sqrt(38)) / (4 * np.pi * frequency))
+
+
+def test_passive_touch_table_of_the_paper():
+    """f = v / period from 13.9 to 25.0 Hz: 0.40, 0.44, 0.48 mm at 6.7 and 10 mm/s, spread within 1.6 % of the mean."""
+    time = np.arange(900) / RATE
+    for period_mm in (0.40, 0.44, 0.48):
+        for speed in (20 / 3, 10.0):
+            generator = np.random.default_rng(3)
+            wave = np.cos(2 * np.pi * speed * time / period_mm)
+            pair = [wave + generator.normal(0, 0.2, 900) for _ in range(2)]
+            window = cross_wavelet(*pair, RATE, octaves(5, 60, 100)).ridge.window(350, 549)
+            assert window.mean_Hz == pytest.approx(speed / period_mm, rel=0.01)
+            assert window.sd_Hz / window.mean_Hz < 0.016
