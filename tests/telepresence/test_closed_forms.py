@@ -274,11 +274,6 @@ def test_a_table_of_areas_needs_two_values_of_each_that_rise_from_above_zero():
                 ContactArea(force, modulus, np.ones((modulus.size, force.size)))
 
 
-def test_noise_of_one_gauge_is_added_in_its_standard_deviations():
-    texture = GratingTexture(1.3)
-    assert TouchLog(texture, 2.0).row(0.4, 9.0, 0.5, [3.0]) == pytest.approx((texture.reading(0.4, 9.0) + 6.0, 0.4))
-
-
 STEP_S = 1e-3
 
 

@@ -7,16 +7,18 @@ import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import matplotlib.image
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageSequence
 from shown_figures import flaws, texts, words
 
 from papilla import fem, view
 from papilla.core.errors import FileAccessError, InputError, MissingExtraError
+from papilla.fem.sliding.section import SectionModel
+from papilla.mesh.section import build_section
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block, Grating
 from papilla.view import render, slide_movie, style, turning
@@ -320,24 +322,34 @@ def test_a_rendered_point_is_where_the_view_projects_it(elevation, turn):
 # ---- The movie of a slide
 
 
-@pytest.mark.slow
-def test_the_movie_of_a_slide_has_evenly_spaced_frames_that_differ(tmp_path):
-    finger, texture = Finger.default(), Grating(2.0, 2.0, 0.3)
-    found = fem.slide(finger, texture, fem.Motion.steady(40.0, 0.1), force=0.3, friction=0.2)
+def test_the_movie_of_a_slide_shows_evenly_spaced_samples_with_their_forces(tmp_path):
+    """A hand-made slide with no force at first, and then one that presses: readings and pictures go with it."""
+    finger, texture, motion = Finger.default(), Grating(2.0, 2.0, 0.3), fem.Motion.steady(40.0, 0.1)
+    model = SectionModel(finger, build_section(finger))
+    x, rows = model.section.points[model.patch_vertices, 0], len(motion.t_s)
+    grows = np.linspace(0, 1, rows)
+    pressing = np.outer(grows, 0.05 * (np.abs(x) < 3))
+    readings = np.outer(grows, [100.0, 50.0, 0.0, -50.0, -100.0])
+    made = dict(dynamics="quasistatic", why="", ridge_pitch_mm=finger.ridge_pitch_mm, status="ok")
+    arrays = dict(
+        x_mm=x, readings=readings, amplified=readings, force_N=0.3 * grows, tangential_N=0 * grows, depth_mm=grows,
+        pressing=pressing, rubbing=0 * pressing, state=np.zeros(pressing.shape, int), carried_mm=0 * grows,
+    )  # fmt: skip
+    numbers = dict.fromkeys([one.name for one in fields(fem.Slide)], 0.0) | {"tied": None}
+    names = tuple(gauge.name for gauge in finger.gauges)
+    found = fem.Slide(**(numbers | made | arrays | {"motion": motion, "gauge_names": names}))
     path = tmp_path / "slide.gif"
     slide_movie.write_slide_movie(path, finger, texture, found, frames=3)
     with Image.open(path) as movie:
         assert movie.n_frames == 3 and movie.size == (648, 540) and movie.info["duration"] == 80
-        frames = []
-        for number in range(3):
-            movie.seek(number)
-            frames.append(np.asarray(movie.convert("RGB"), int))
-    assert all(np.abs(frames[0] - one).max() > 50 for one in frames[1:])
+        frames = [np.asarray(one.convert("RGB"), float) / 255 for one in ImageSequence.Iterator(movie)]
     grey = tuple((value - 0.02, value + 0.02) for value in matplotlib.colors.to_rgb(style.RIGID_COLOR))
-    assert all(share(frame / 255, *grey) > 0.02 for frame in frames), "the texture"
-    assert [item.name for item in tmp_path.iterdir()] == ["slide.gif"]
-    smooth = replace(finger, ridges=None)
+    covered = [share(frame, *grey) for frame in frames]
+    assert np.diff(covered) == pytest.approx([0.01, 0.01], abs=0.003), "the texture comes down by half a millimetre"
+    strained = [share(frame, *TENSION) for frame in frames]
+    assert strained[0] < 0.0005 and strained[1] > 0.001 and strained[2] > 1.5 * strained[1], "the strain with the force"
     with pytest.raises(InputError, match="the one that slid every"):
-        slide_movie.write_slide_movie(path, smooth, texture, found)
+        slide_movie.write_slide_movie(path, replace(finger, ridges=None), texture, found)
     with pytest.raises(InputError, match="written as .gif"):
         slide_movie.write_slide_movie(tmp_path / "slide.mp4", finger, texture, found)
+    assert [item.name for item in tmp_path.iterdir()] == ["slide.gif"]

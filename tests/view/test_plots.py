@@ -43,14 +43,6 @@ def test_names_of_crowded_curves_stay_apart_and_below_the_top_of_the_axes():
     assert np.diff(places).min() > 0.05
 
 
-def test_a_gauge_s_name_is_shown_letter_by_letter():
-    """Between dollar signs matplotlib would read a formula, and end with an error where there is none."""
-    figure = plots.gauge_readings(FORCE, [r"$\frac{x}$", "b$"], np.column_stack([FORCE, 3 * FORCE]), "0.51 MPa")
-    assert style.svg(figure) and r"$\frac{x}$" in texts(figure)
-    image, same = (style.png(plots.gauge_readings(FORCE, [name], FORCE[:, None], "")) for name in ("$a$", r"\$a\$"))
-    assert image != same, "nothing is left out"
-
-
 @pytest.mark.parametrize("value, limit", [(0.7, 0.8), (1.0, 1.0), (5.2, 6.0), (86, 100), (0.0031, 0.004), (9.9, 10)])
 def test_a_nice_limit_is_round_and_never_below(value, limit):
     assert style.nice_limit(value) == pytest.approx(limit)
