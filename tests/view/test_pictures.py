@@ -2,9 +2,7 @@
 
 import importlib
 import io
-import os
 import re
-import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 from dataclasses import fields, replace
@@ -250,29 +248,6 @@ def test_every_listed_name_exists():
         assert getattr(view, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         importlib.import_module("papilla.view").nothing  # noqa: B018
-
-
-# ---- Where there is no window or no plotly
-
-
-def python(code: str, **environment: str) -> str:
-    """What a new process prints."""
-    env = {name: value for name, value in os.environ.items() if name != render.WINDOW_VARIABLE} | environment
-    return subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True).stdout
-
-
-CHOSEN = f"""import os
-from papilla.view import render
-print(render.use_offscreen_window(), os.environ.get({render.WINDOW_VARIABLE!r}))"""
-
-
-@pytest.mark.slow
-def test_a_window_that_works_is_set_and_one_that_does_not_is_not_replaced():
-    works, kind = python(CHOSEN).split()
-    assert (kind in render.HEADLESS_WINDOWS) == (works == "True") or not sys.platform.startswith("linux")
-    assert python(CHOSEN, **{render.WINDOW_VARIABLE: "nothing"}).split() == ["False", "nothing"], (
-        "the user's choice stays"
-    )
 
 
 # ---- The projection
