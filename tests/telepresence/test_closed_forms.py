@@ -82,15 +82,10 @@ def test_a_hand_goes_on_with_its_last_speed_for_twelve_milliseconds_and_forgets_
 @pytest.mark.parametrize(
     "time_s, place_mm, jumps, ignored",
     [
-        (1.5, 1000.0, 0, 0),
-        (1.5, 1001.0, 1, 0),
-        (2.0, 0.0, 0, 0),
-        (2.001, 0.0, 1, 0),
-        (0.001, 0.0, 0, 1),
-        (0.0, 0.0, 1, 0),
-        (1.0, 0.0, 0, 1),
+        (1.5, 1000.0, 0, 0), (1.5, 1001.0, 1, 0), (2.0, 0.0, 0, 0), (2.001, 0.0, 1, 0), (0.001, 0.0, 0, 1),
+        (0.0, 0.0, 1, 0), (1.0, 0.0, 0, 1),
     ],
-)
+)  # fmt: skip
 def test_a_reading_is_a_new_place_beyond_2_m_per_s_or_a_second(time_s, place_mm, jumps, ignored):
     hand = Hand()
     hand.read(1.0, 0.0)

@@ -51,9 +51,6 @@ def test_a_page_has_a_wide_and_a_narrow_picture():
     assert figure.get_figwidth() == style.NARROW_IN < width and both.count("data:image/svg+xml;base64,") == 2
 
 
-# ---- The common style
-
-
 def test_texts_stand_below_each_other_and_axes_below_them():
     with style.styled(5.0, 3.0) as figure:
         axes = figure.subplots()

@@ -53,9 +53,6 @@ def soft(scene):
     return view.PressScene(fem.recover(scene.model, scene.reduced, press), press, block)
 
 
-# ---- The strain field
-
-
 @pytest.mark.parametrize("width", WIDTHS)
 def test_the_picture_of_a_press_shows_what_the_press_is(scene, renderer, width):
     """Tension at the apex, gauges, specimen; the readings at the gauges are those whose S_d the title tells."""
@@ -120,9 +117,6 @@ def test_a_shown_press_has_nodal_pressures_of_the_given_force(scene):
         assert scene.reduced.multiplicity * shown.pressure @ scene.reduced.patch.mass == pytest.approx(force, rel=1e-6)
 
 
-# ---- Receptive fields
-
-
 def test_a_receptive_field_is_strongest_over_its_gauge(scene, renderer):
     fields = fem.receptive_fields(scene.model)
     figure = view.receptive_figure(fields, scene.finger, "g2")
@@ -144,9 +138,6 @@ def test_the_maps_of_all_gauges_have_one_scale_and_axes(scene, small):
     one, five = (np.asarray(maps[k].collections[0].get_array()) for k in (0, 4))
     assert np.sort(one) == pytest.approx(np.sort(five), rel=1e-6, abs=1e-9), "mirrored gauges have mirrored fields"
     assert flaws(figure) == []
-
-
-# ---- The contact
 
 
 def test_the_contact_map_shows_pressure_force_and_area(scene):
@@ -174,9 +165,6 @@ def test_two_contacts_have_one_scale_and_their_own_titles(scene, soft):
     assert hard.get_xlim() == softer.get_xlim() and hard.images[0].get_clim() == softer.images[0].get_clim()
     titles = [axes.get_title(loc="left") for axes in (hard, softer)]
     assert titles == ["0.51 MPa block 10 mm thick", "0.05 MPa block 10 mm thick"] and flaws(figure) == []
-
-
-# ---- Files
 
 
 def test_pictures_are_valid_files_written_whole(scene, tmp_path):
@@ -250,9 +238,6 @@ def test_every_listed_name_exists():
         importlib.import_module("papilla.view").nothing  # noqa: B018
 
 
-# ---- The projection
-
-
 @pytest.mark.parametrize("elevation, turn", [(0.0, 0.0), (20.0, 0.0), (62.0, 180.0), (90.0, 35.0), (35.0, 40.0)])
 def test_a_fitted_view_has_a_margin_around_all_points(elevation, turn):
     points = np.random.default_rng(2).uniform(-10, 25, (40, 3))
@@ -292,9 +277,6 @@ def test_a_rendered_point_is_where_the_view_projects_it(elevation, turn):
         top - (rows.mean() + 0.5) / image.shape[0] * (top - bottom),
     )
     assert seen == pytest.approx(tuple(one.project(place)), abs=0.1)
-
-
-# ---- The movie of a slide
 
 
 def test_the_movie_of_a_slide_shows_evenly_spaced_samples_with_their_forces(tmp_path):

@@ -84,9 +84,6 @@ def test_a_narrow_figure_keeps_its_letters_and_nothing_is_cut_or_overlaps(bar):
     assert figure.axes[0].bbox.height == pytest.approx(room, rel=0.05) and boxes[2].width > width / 2
 
 
-# ---- Limits, labels and places of the plots
-
-
 def test_limits_and_labels_of_curves():
     figure = plots.sd_of_presses(FORCE, MODULI, SD, (FORCE[:3], np.full(3, 0.45), SD[:3, 1], np.array([5.0, 6.0, 7.0])))
     (axes,) = figure.axes
