@@ -9,18 +9,6 @@ from spring_calibration import FORCE, calibration
 SHORT = ("--seconds", "3", "--round-trip-ms", "100", "--round-trip-sd-ms", "0")
 
 
-@pytest.mark.slow
-def test_a_recorded_texture_is_felt(papilla, tmp_path):
-    time = np.arange(3000) / 1000
-    rows = np.column_stack([time, 40 * np.sin(2 * np.pi * 50 * time / 1.5), 50 * time])
-    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="t_s,g1,position_mm", comments="")
-    answer = papilla("telepresence", "simulate", *SHORT, "--log", "log.csv", "--json")
-    found = json.loads(answer.out)
-    assert found["lag_ms"]["direct"] == pytest.approx(100, abs=2) and found["wavelength_error"]["local"] < 0.01
-    refused = papilla("telepresence", "simulate", *SHORT, "--log", "log.csv", "--speed", "900")
-    assert refused.code == 2 and "lower --speed" in refused.err
-
-
 def test_softness_friction_and_contact_area_ride_along(papilla, tmp_path):
     calibration((0.02, 5.0)).save(tmp_path / "c.json")
     force, modulus = (grid.ravel() for grid in np.meshgrid(np.geomspace(*FORCE, 5), np.geomspace(0.02, 5, 5)))

@@ -35,18 +35,6 @@ def test_local_feedback_has_no_lag_and_direct_feedback_that_of_the_link(papilla,
     assert again == found, "of its seed"
 
 
-@pytest.mark.slow
-def test_a_hand_at_constant_speed_meets_the_second_texture_in_the_middle_of_its_path(papilla, tmp_path):
-    scene = ("--strokes", 0, "--speed", 50, "--second-wavelength", 2, "--out", "shown.csv")
-    assert papilla(*SHORT, *scene).code == 0
-    rows = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True)
-    first = rows["true_wavelength_mm"] == 1.2
-    assert rows["position_mm"][first].max() == pytest.approx(50, abs=0.2) and set(rows["true_wavelength_mm"]) == {
-        1.2,
-        2.0,
-    }
-
-
 def test_wavelengths_that_nobody_looks_for_are_said(papilla):
     for wavelength, said in ((0.3, True), (7.0, True), (0.4, False), (6.0, False)):
         answer = papilla("telepresence", "simulate", "--wavelength", wavelength, "--seconds", 0.6)

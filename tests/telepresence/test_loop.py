@@ -97,12 +97,6 @@ def test_two_gratings_reach_the_direct_display_first():
     assert math.isnan(record.lag_ms("local"))
 
 
-def test_the_same_seed_is_the_same_run():
-    scene = Set(GratingTexture(1.0), seconds=2, downlink=LinkModel(one_way_ms=50, one_way_sd_ms=20, loss=0.2), seed=5)
-    first, second = run(scene), run(scene)
-    assert (first.local_um == second.local_um).all() and (first.direct_um == second.direct_um).all()
-
-
 def test_a_recorded_texture_takes_its_path_from_a_velocity_if_there_is_no_position():
     time = np.arange(1000) / 1000
     readings = np.sin(2 * np.pi * 20 * time / 1.7)[:, None]

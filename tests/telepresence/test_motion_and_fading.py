@@ -93,20 +93,6 @@ def natural(t):
     return 197 / (2 * math.pi * 1.07) * (1 - math.cos(2 * math.pi * 1.07 * t))
 
 
-def test_natural_touch_is_followed_within_hundredths_of_a_millimetre_at_250_Hz():
-    hand, off, steps, last = Hand(), [], [], None
-    for row in range(2000):
-        now = row / 1000
-        if row % 4 == 0:
-            hand.read(now, natural(now))
-        place, velocity = hand.at(now)
-        off.append(place - natural(now))
-        steps.append(0.0 if last is None else place - last)
-        last = place
-    assert np.abs(off[50:]).max() < 0.03
-    assert np.abs(steps).max() < 0.25
-
-
 def test_bad_readings_are_counted_and_jumps_begin_anew():
     hand = Hand()
     for time, place in [

@@ -5,12 +5,10 @@ import math
 import re
 import shutil
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import papilla
 from papilla.telepresence import Component, HandMotion, LocalModel
 from papilla.telepresence.page import settings, write_page
 
@@ -88,11 +86,3 @@ def test_the_model_of_the_page_is_that_of_the_package(tmp_path):
         ours.append(model.update(at).displacement_um)
     assert np.abs(page).max() > 15
     assert np.std(page - ours) < 0.1 * np.std(ours)
-
-
-def test_the_page_has_the_look_of_all_pages_light_and_dark(tmp_path):
-    write_page(tmp_path / "page.html", settings(HandMotion(), **BEGIN, **BYTES))
-    text = (tmp_path / "page.html").read_text(encoding="utf-8")
-    style = (Path(papilla.__file__).parent / "data" / "page.css").read_text(encoding="utf-8")
-    assert style in text
-    assert "prefers-color-scheme: dark" in style

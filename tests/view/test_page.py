@@ -3,7 +3,6 @@
 import base64
 
 import pytest
-from matplotlib.text import Text
 
 from papilla.core.errors import InputError
 from papilla.view import page, style
@@ -52,9 +51,6 @@ def test_a_page_has_a_wide_and_a_narrow_picture():
     assert figure.get_figwidth() == style.NARROW_IN < width and both.count("data:image/svg+xml;base64,") == 2
 
 
-# ---- The common style
-
-
 def test_texts_stand_below_each_other_and_axes_below_them():
     with style.styled(5.0, 3.0) as figure:
         axes = figure.subplots()
@@ -68,12 +64,6 @@ def test_texts_stand_below_each_other_and_axes_below_them():
     boxes = [one.get_tightbbox() for one in (message, detail, axes)]
     assert figure.bbox.height > boxes[0].y1 > boxes[0].y0 > boxes[1].y1 > boxes[1].y0 > boxes[2].y1
     assert boxes[0].x0 == pytest.approx(boxes[1].x0, abs=1) and boxes[1].x1 <= figure.bbox.width
-
-
-def test_a_detail_may_be_missing():
-    with style.styled() as figure:
-        style.titled(figure, "message", "")
-    assert [text.get_text() for text in figure.findobj(Text)] == ["message"]
 
 
 def test_a_logarithmic_axis_has_plain_numbers():

@@ -2,21 +2,21 @@
 
 import importlib
 import io
-import os
 import re
-import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import matplotlib.image
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageSequence
 from shown_figures import flaws, texts, words
 
 from papilla import fem, view
 from papilla.core.errors import FileAccessError, InputError, MissingExtraError
+from papilla.fem.sliding.section import SectionModel
+from papilla.mesh.section import build_section
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block, Grating
 from papilla.view import render, slide_movie, style, turning
@@ -51,9 +51,6 @@ def soft(scene):
     block = Block(0.05, 10)
     press = fem.press(scene.reduced, block, force=0.588, fidelity="contact")
     return view.PressScene(fem.recover(scene.model, scene.reduced, press), press, block)
-
-
-# ---- The strain field
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -120,9 +117,6 @@ def test_a_shown_press_has_nodal_pressures_of_the_given_force(scene):
         assert scene.reduced.multiplicity * shown.pressure @ scene.reduced.patch.mass == pytest.approx(force, rel=1e-6)
 
 
-# ---- Receptive fields
-
-
 def test_a_receptive_field_is_strongest_over_its_gauge(scene, renderer):
     fields = fem.receptive_fields(scene.model)
     figure = view.receptive_figure(fields, scene.finger, "g2")
@@ -144,9 +138,6 @@ def test_the_maps_of_all_gauges_have_one_scale_and_axes(scene, small):
     one, five = (np.asarray(maps[k].collections[0].get_array()) for k in (0, 4))
     assert np.sort(one) == pytest.approx(np.sort(five), rel=1e-6, abs=1e-9), "mirrored gauges have mirrored fields"
     assert flaws(figure) == []
-
-
-# ---- The contact
 
 
 def test_the_contact_map_shows_pressure_force_and_area(scene):
@@ -174,9 +165,6 @@ def test_two_contacts_have_one_scale_and_their_own_titles(scene, soft):
     assert hard.get_xlim() == softer.get_xlim() and hard.images[0].get_clim() == softer.images[0].get_clim()
     titles = [axes.get_title(loc="left") for axes in (hard, softer)]
     assert titles == ["0.51 MPa block 10 mm thick", "0.05 MPa block 10 mm thick"] and flaws(figure) == []
-
-
-# ---- Files
 
 
 def test_pictures_are_valid_files_written_whole(scene, tmp_path):
@@ -250,32 +238,6 @@ def test_every_listed_name_exists():
         importlib.import_module("papilla.view").nothing  # noqa: B018
 
 
-# ---- Where there is no window or no plotly
-
-
-def python(code: str, **environment: str) -> str:
-    """What a new process prints."""
-    env = {name: value for name, value in os.environ.items() if name != render.WINDOW_VARIABLE} | environment
-    return subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True).stdout
-
-
-CHOSEN = f"""import os
-from papilla.view import render
-print(render.use_offscreen_window(), os.environ.get({render.WINDOW_VARIABLE!r}))"""
-
-
-@pytest.mark.slow
-def test_a_window_that_works_is_set_and_one_that_does_not_is_not_replaced():
-    works, kind = python(CHOSEN).split()
-    assert (kind in render.HEADLESS_WINDOWS) == (works == "True") or not sys.platform.startswith("linux")
-    assert python(CHOSEN, **{render.WINDOW_VARIABLE: "nothing"}).split() == ["False", "nothing"], (
-        "the user's choice stays"
-    )
-
-
-# ---- The projection
-
-
 @pytest.mark.parametrize("elevation, turn", [(0.0, 0.0), (20.0, 0.0), (62.0, 180.0), (90.0, 35.0), (35.0, 40.0)])
 def test_a_fitted_view_has_a_margin_around_all_points(elevation, turn):
     points = np.random.default_rng(2).uniform(-10, 25, (40, 3))
@@ -317,27 +279,34 @@ def test_a_rendered_point_is_where_the_view_projects_it(elevation, turn):
     assert seen == pytest.approx(tuple(one.project(place)), abs=0.1)
 
 
-# ---- The movie of a slide
-
-
-@pytest.mark.slow
-def test_the_movie_of_a_slide_has_evenly_spaced_frames_that_differ(tmp_path):
-    finger, texture = Finger.default(), Grating(2.0, 2.0, 0.3)
-    found = fem.slide(finger, texture, fem.Motion.steady(40.0, 0.1), force=0.3, friction=0.2)
+def test_the_movie_of_a_slide_shows_evenly_spaced_samples_with_their_forces(tmp_path):
+    """A hand-made slide with no force at first, and then one that presses: readings and pictures go with it."""
+    finger, texture, motion = Finger.default(), Grating(2.0, 2.0, 0.3), fem.Motion.steady(40.0, 0.1)
+    model = SectionModel(finger, build_section(finger))
+    x, rows = model.section.points[model.patch_vertices, 0], len(motion.t_s)
+    grows = np.linspace(0, 1, rows)
+    pressing = np.outer(grows, 0.05 * (np.abs(x) < 3))
+    readings = np.outer(grows, [100.0, 50.0, 0.0, -50.0, -100.0])
+    made = dict(dynamics="quasistatic", why="", ridge_pitch_mm=finger.ridge_pitch_mm, status="ok")
+    arrays = dict(
+        x_mm=x, readings=readings, amplified=readings, force_N=0.3 * grows, tangential_N=0 * grows, depth_mm=grows,
+        pressing=pressing, rubbing=0 * pressing, state=np.zeros(pressing.shape, int), carried_mm=0 * grows,
+    )  # fmt: skip
+    numbers = dict.fromkeys([one.name for one in fields(fem.Slide)], 0.0) | {"tied": None}
+    names = tuple(gauge.name for gauge in finger.gauges)
+    found = fem.Slide(**(numbers | made | arrays | {"motion": motion, "gauge_names": names}))
     path = tmp_path / "slide.gif"
     slide_movie.write_slide_movie(path, finger, texture, found, frames=3)
     with Image.open(path) as movie:
         assert movie.n_frames == 3 and movie.size == (648, 540) and movie.info["duration"] == 80
-        frames = []
-        for number in range(3):
-            movie.seek(number)
-            frames.append(np.asarray(movie.convert("RGB"), int))
-    assert all(np.abs(frames[0] - one).max() > 50 for one in frames[1:])
+        frames = [np.asarray(one.convert("RGB"), float) / 255 for one in ImageSequence.Iterator(movie)]
     grey = tuple((value - 0.02, value + 0.02) for value in matplotlib.colors.to_rgb(style.RIGID_COLOR))
-    assert all(share(frame / 255, *grey) > 0.02 for frame in frames), "the texture"
-    assert [item.name for item in tmp_path.iterdir()] == ["slide.gif"]
-    smooth = replace(finger, ridges=None)
+    covered = [share(frame, *grey) for frame in frames]
+    assert np.diff(covered) == pytest.approx([0.01, 0.01], abs=0.003), "the texture comes down by half a millimetre"
+    strained = [share(frame, *TENSION) for frame in frames]
+    assert strained[0] < 0.0005 and strained[1] > 0.001 and strained[2] > 1.5 * strained[1], "the strain with the force"
     with pytest.raises(InputError, match="the one that slid every"):
-        slide_movie.write_slide_movie(path, smooth, texture, found)
+        slide_movie.write_slide_movie(path, replace(finger, ridges=None), texture, found)
     with pytest.raises(InputError, match="written as .gif"):
         slide_movie.write_slide_movie(tmp_path / "slide.mp4", finger, texture, found)
+    assert [item.name for item in tmp_path.iterdir()] == ["slide.gif"]

@@ -43,14 +43,6 @@ def test_names_of_crowded_curves_stay_apart_and_below_the_top_of_the_axes():
     assert np.diff(places).min() > 0.05
 
 
-def test_a_gauge_s_name_is_shown_letter_by_letter():
-    """Between dollar signs matplotlib would read a formula, and end with an error where there is none."""
-    figure = plots.gauge_readings(FORCE, [r"$\frac{x}$", "b$"], np.column_stack([FORCE, 3 * FORCE]), "0.51 MPa")
-    assert style.svg(figure) and r"$\frac{x}$" in texts(figure)
-    image, same = (style.png(plots.gauge_readings(FORCE, [name], FORCE[:, None], "")) for name in ("$a$", r"\$a\$"))
-    assert image != same, "nothing is left out"
-
-
 @pytest.mark.parametrize("value, limit", [(0.7, 0.8), (1.0, 1.0), (5.2, 6.0), (86, 100), (0.0031, 0.004), (9.9, 10)])
 def test_a_nice_limit_is_round_and_never_below(value, limit):
     assert style.nice_limit(value) == pytest.approx(limit)
@@ -90,9 +82,6 @@ def test_a_narrow_figure_keeps_its_letters_and_nothing_is_cut_or_overlaps(bar):
     assert all(box.x0 >= 0 and box.x1 <= width and box.y0 >= 0 and box.y1 <= height for box in boxes)
     assert boxes[0].y0 > boxes[1].y1, "the detail is below the message"
     assert figure.axes[0].bbox.height == pytest.approx(room, rel=0.05) and boxes[2].width > width / 2
-
-
-# ---- Limits, labels and places of the plots
 
 
 def test_limits_and_labels_of_curves():

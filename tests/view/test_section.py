@@ -46,13 +46,6 @@ def test_the_interface_is_drawn_where_it_was_moved_to(scene, section):
     assert 17 - scene.press.indentation < lowered < 17 - 0.3 * scene.press.indentation
 
 
-def test_the_bone_is_its_ellipse(section):
-    (ring,) = section.bone
-    x, z = ring[:, 0], ring[:, 2]
-    curved = z > 0.05
-    assert (x[curved] / 10) ** 2 + (z[curved] / 6) ** 2 == pytest.approx(1, abs=0.01)
-
-
 def test_a_scale_multiplies_what_the_press_moves(scene, section):
     doubled = cut(scene.field, scene.finger, scale=2.0)
     at_rest = cut(scene.field, scene.finger, scale=0.0)
@@ -105,10 +98,3 @@ def test_the_shown_stress_is_the_field_s_in_kpa(scene):
     shear = stress[:, 0, 1] ** 2 + stress[:, 1, 2] ** 2 + stress[:, 0, 2] ** 2
     mises = np.sqrt(((a - b) ** 2 + (b - c) ** 2 + (c - a) ** 2) / 2 + 3 * shear)
     assert cell_values(scene.field, scene.finger, "mises") == pytest.approx(1000 * mises)
-
-
-def test_below_the_contact_the_stress_is_the_pressure(scene):
-    mesh = scene.field.mesh
-    centroids = mesh.points[mesh.tets].mean(axis=1)
-    apex = np.linalg.norm(centroids - [0, 0, 20], axis=1).argmin()
-    assert -scene.field.stress[apex, 2, 2] == pytest.approx(scene.press.peak_pressure, rel=0.12)
