@@ -201,17 +201,6 @@ def test_a_slide_gives_wavelength_frequency_friction_and_its_lines(estimated, pa
     assert len(said.err.splitlines()) <= 6, "three remarks, and how many more there are"
 
 
-@pytest.mark.parametrize(
-    "without, quantity, said",
-    [("tangential_N", "friction", "no friction: no column tangential_N"), (None, "modulus", "no calibration")],
-)
-def test_what_a_log_lacks_is_a_remark_and_no_row_is_ok(estimated, without, quantity, said):
-    columns = slide(3)
-    columns.pop(without, None)
-    found, _, _ = estimated(columns)
-    assert found["ok_rows"][quantity] == 0 and any(said in message for message in found["messages"])
-
-
 def test_a_force_in_gf_is_told_by_what_the_calibration_covers(papilla, tmp_path, calibrated):
     columns = touch()
     write_table(tmp_path / "gf.csv", columns | {"force_N": 20 * columns["force_N"]})
@@ -257,13 +246,6 @@ def test_the_summary_speaks_only_of_what_rows_call_ok(estimated, papilla):
     assert last["friction_status"] == "one way" and last["status"] == last["wavelength_status"] == "searching"
     assert float(last["mu_kinetic"]) == pytest.approx(0.3, rel=1e-3)
     assert float(last["mu_kinetic_sigma"]) == pytest.approx(0.2, rel=0.05)
-
-
-def test_a_log_without_movement_has_no_lines_and_says_so(estimated):
-    rng = np.random.default_rng(1)
-    still = {"t_s": np.arange(100) / 1000, "g1": rng.normal(size=100), "velocity_mm_s": np.zeros(100)}
-    found, _, said = estimated(still)
-    assert found["lines"] == [] and "no lines: the position never changes" in said
 
 
 @pytest.mark.slow
@@ -392,10 +374,6 @@ def test_the_modulus_of_a_touch_comes_from_gauges_from_s_d_or_from_force_and_dep
     assert found["ok_rows"]["modulus"] > 450 and "" not in found["legend"]["modulus"]
     assert found["statuses"]["modulus"]["no contact"] >= 40
     assert float(rows[-1]["modulus_MPa"]) == pytest.approx(0.3, rel=0.4) and rows[-1]["modulus_status"] == "ok"
-
-
-def test_without_a_calibration_the_quadratic_form_has_no_modulus(estimated):
-    assert estimated(touch(), "--softness", "quadratic")[0]["answered_rows"]["modulus_MPa"] == 0
 
 
 def test_force_depth_says_where_it_has_no_answer():

@@ -146,14 +146,6 @@ def test_words_and_formatting_move_no_key(copied, old, new):
 
 
 @pytest.mark.slow
-def test_code_that_no_kept_result_runs_through_leaves_its_key(copied):
-    above = ("papilla/estimators/__init__.py", "papilla/cli/main.py", "papilla_papers/claims/runner.py")
-    assert copied(dict.fromkeys(above, ADDED)) == set()
-    assert copied({"papilla/calibration/fitting/page.py": ADDED}) <= {SWEEP}
-    assert not copied({"papilla/view/style.py": ADDED}) & {READER, REDUCED}
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "name, makers",
     [
@@ -239,18 +231,6 @@ def test_a_folder_that_somebody_else_made_never_answers(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_DATA_HOME", mine)
     assert cache.find("thing", "a", report=True) is None
     assert value_of() == 1.0 and cache.find("thing", "a")["field"][0, 0] == 1.0
-
-
-MAKES_A_SECRET = "from papilla.core import cache; cache.keep('thing', '{}', {{'n': __import__('numpy').ones(1)}})"
-
-
-@pytest.mark.slow
-def test_processes_that_start_together_make_one_secret(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "new"))
-    started = [subprocess.Popen([sys.executable, "-c", MAKES_A_SECRET.format(key)]) for key in "abcdef"]
-    assert [process.wait() for process in started] == [0] * 6
-    assert all(cache.find("thing", key) is not None for key in "abcdef")
-    assert len(cache.secret_file().read_bytes()) == 32
 
 
 @NO_OWNERS

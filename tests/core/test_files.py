@@ -53,19 +53,6 @@ def test_a_set_is_written_whole_or_not_at_all(tmp_path, error):
     assert [path.read_text() for path in paths] == ["two"] * 3 and sorted(tmp_path.iterdir()) == paths
 
 
-def test_what_writes_atomically_may_write_a_file_of_a_set(tmp_path):
-    paths = [tmp_path / "a", tmp_path / "b"]
-    with replacing_set(paths) as (first, second):
-        write_text(first, "one")
-        write_text(second, "two")
-        assert not any(path.exists() for path in paths)
-    for named, shown in ((True, f"{paths[1]}"), (False, f"{paths[0]}, {paths[1]}")):
-        refused = pytest.raises(FileAccessError, match=f"^cannot write {shown}: No space left$")
-        with refused, replacing_set(paths) as (_, second), replacing(second):
-            raise OSError(errno.ENOSPC, "No space left", *([str(second)] if named else []))
-    assert [path.read_text() for path in paths] == ["one", "two"] and sorted(tmp_path.iterdir()) == paths
-
-
 @pytest.mark.parametrize("steps", range(4))
 @pytest.mark.parametrize(
     "fault", [KeyboardInterrupt(), OSError(errno.ENOSPC, "No space left"), OSError(errno.EIO, "IO")]

@@ -10,6 +10,7 @@ import pytest
 from killed_client import worker_ends_with
 
 from papilla.core.errors import WorkerKilledError
+from papilla.core.progress import CountedStep, counted
 from papilla.core.workers import MOST_TRIES, Processes, one_thread_each, run_program, workers
 
 
@@ -48,8 +49,8 @@ def test_nothing_is_done_here_before_its_result_is_asked_for():
 def test_counts_say_what_is_left_until_nothing_is():
     said = []
     step = counted(said.append, "press")
-    step(1, 2)
-    step(2, 2)
+    step(CountedStep("press 1", 1, 2))
+    step(CountedStep("press 2", 2, 2))
     assert said[0].startswith("press: 1 of 2, about ") and said[1] == "press: 2 of 2"
 
 

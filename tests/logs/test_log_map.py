@@ -225,23 +225,6 @@ def test_channels_that_count_from_0_keep_their_order(file):
     }  # fmt: skip
 
 
-@pytest.mark.parametrize("content", ["", "\x00\x01\n", "no table\nhere at all\n", "a,b\nx,y\n"])
-def test_rubbish_is_no_table(file, content):
-    with pytest.raises(FileFormatError, match="no table in its first 60 lines"):
-        propose(file(content))
-
-
-def test_what_nothing_tells_is_named(file):
-    found = propose(file("alpha,beta\n0,1\n1,2\n"))
-    assert [guess.meant for guess in found.guesses] == ["", ""]
-    assert "not used, because they were not recognised: alpha, beta" in found.to_toml()
-    assert any("no column seems to be a gauge" in question for question in found.open_questions)
-    assert any("no column seems to be a force" in question for question in found.open_questions)
-    assert any("no column seems to be a velocity or a position" in question for question in found.open_questions)
-    known = propose(file("t_s,g1,force_N,v\n0,1.5,0.2,50\n1,2.5,0.3,50\n")).open_questions
-    assert not any("no column seems" in question for question in known)
-
-
 def test_commands_read_by_a_map_and_propose_one(file, tmp_path, monkeypatch, capsys):
     from papilla.cli.main import run
 
@@ -378,12 +361,6 @@ def test_elements_of_lists_are_columns(parquet_file):
             read_time_log(path, log_map=gauges(g1=column))
 
 
-def test_lists_of_unequal_lengths_name_the_row(parquet_file):
-    path = parquet_file(t_s=np.arange(5.0), state=[[1.0, 2.0]] * 4 + [[1.0]])
-    with pytest.raises(FileFormatError, match="column state: 1 numbers in row 4, 2 in the first"):
-        read_time_log(path, log_map=gauges(g1="state[0]"))
-
-
 @pytest.mark.parametrize(
     "cells, why",
     [
@@ -445,11 +422,6 @@ def test_a_force_is_compared_with_what_the_calibration_covers(file, covered_N, r
     with TimeLogFile(file("t_s,g1,force_N\n0,1,3\n1e-3,2,12\n"), covered_N=covered_N) as log:
         assert len(log.report.sizes) == remarks
         assert all(note.startswith("force_N comes to 12: this looks like gf") for note in log.report.sizes)
-
-
-def test_a_remark_names_the_column_as_the_log_does(file):
-    (remark,) = read_time_log(file("t_s,g1,Fz [N]\n0,1,30.5\n1e-3,2,31\n")).report.sizes
-    assert remark.endswith('(if so: --map with force_N = { column = "Fz [N]", unit = "gf" })')
 
 
 @pytest.mark.parametrize(
