@@ -3,10 +3,14 @@
 import gzip
 import random
 import shutil
+import signal
+import sys
+import tempfile
+from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
-from guarded import guarded
 from mutations import mutations
 
 from papilla.core.errors import PapillaError
@@ -19,6 +23,8 @@ pytestmark = pytest.mark.slow
 
 COUNT = 1000
 """Number of damaged copies of each file."""
+SECONDS, MEMORY_BYTES = 30, 4 * 2**30
+"""Time in which an input must be answered or refused, a hundred times the usual one, and memory that it may take."""
 
 TIME_LOG = "t_s,g1,g2,force_N,velocity_mm_s\n" + "".join(
     f"{k / 1e3:.3f},{10 + k % 7}.5,{-3 * k}e-1,0.{k % 9}1,40\n" for k in range(40)
@@ -106,6 +112,36 @@ def rows_of(path, log_map=None):
 def proposed(path):
     """The text of a proposed map."""
     return propose(path).to_toml()
+
+
+def stop(*_):
+    raise AssertionError(f"no answer within {SECONDS} s")
+
+
+@contextmanager
+def guarded(folder, monkeypatch):
+    """Within the block nothing takes longer than `SECONDS` at once (call the yielded function before each input) or
+    more memory than `MEMORY_BYTES` (Linux), and no file is left where relative names and temporary files lead."""
+    (folder / "temporary").mkdir()
+    tempfile.tempdir = str(folder / "temporary")
+    monkeypatch.chdir(folder)
+    before = sorted(folder.rglob("*"))
+    if not sys.platform.startswith("linux"):
+        yield lambda: None
+    else:
+        import resource
+
+        usual, handler = resource.getrlimit(resource.RLIMIT_AS), signal.signal(signal.SIGALRM, stop)
+        taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (taken + MEMORY_BYTES, usual[1]))
+        try:
+            yield lambda: signal.alarm(SECONDS)
+        finally:
+            signal.alarm(0)
+            signal.signal(signal.SIGALRM, handler)
+            resource.setrlimit(resource.RLIMIT_AS, usual)
+    tempfile.tempdir = None
+    assert sorted(folder.rglob("*")) == before, "files were left behind"
 
 
 def fuzz(folder, monkeypatch, content, name, *readings, count=COUNT, pack=bytes):
