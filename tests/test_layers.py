@@ -23,6 +23,7 @@ FLOORS = (
 FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
 ABOVE_ALL = ("__init__", "__main__", "verbs")
 """Modules of papilla that are no room: the curated names, the entry point, the three verbs."""
+HOUSE = ("papilla.", "papilla_papers", "benchmarks")
 RECORD = sorted(path for path in (PACKAGE / "calibration").glob("*.py") if path.stem != "__init__")
 """The modules of the calibration's record, which estimators import."""
 MAX_LINES, MAX_FUNCTION_LINES = 450, 75  # As CONTRIBUTING.md says
@@ -80,13 +81,9 @@ def lazy(module: str) -> dict[str, str]:
 
 def faults(tree: ast.AST, path: Path) -> list[str]:
     own = room(name_of(path))
-    return [
-        f"{path.name}:{line} imports {module}"
-        for module, line in imports(tree, path)
-        if module.startswith(("papilla.", "papilla_papers", "benchmarks"))
-        and room(module) != own
-        and FLOOR.get(room(module), len(FLOORS)) >= FLOOR[own]
-    ]
+    used = [(module, line) for module, line in imports(tree, path) if module.startswith(HOUSE)]
+    above = [(module, line) for module, line in used if FLOOR.get(room(module), len(FLOORS)) >= FLOOR[own]]
+    return [f"{path.name}:{line} imports {module}" for module, line in above if room(module) != own]
 
 
 def reached(path: Path) -> set[str]:
