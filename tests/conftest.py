@@ -42,11 +42,8 @@ def pytest_addoption(parser):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leave out the long tests if `--short` asks for it; a test that never ran is not left out.
-
-    Fixtures are set up for the first test that needs them, and the next would pay if it were left out. So each test of
-    a module has an equal share of the module's setup.
-    """
+    """Leave out the long tests if `--short` asks for it; a test that never ran is not left out. Each test of a module
+    has an equal share of the module's setup, whichever of them pays for a fixture."""
     if not config.getoption("short") or not hasattr(config, "cache"):
         return
     took, setups = config.cache.get(TOOK, {}), defaultdict(list)
@@ -54,7 +51,6 @@ def pytest_collection_modifyitems(config, items):
         setups[name.split("::")[0]].append(setup)
     share = {module: sum(seconds) / len(seconds) for module, seconds in setups.items()}
     long = {name for name, (_, rest) in took.items() if share[name.split("::")[0]] + rest > LONG_S}
-    config.hook.pytest_deselected(items=[item for item in items if item.nodeid in long])
     items[:] = [item for item in items if item.nodeid not in long]
 
 
@@ -73,23 +69,20 @@ class Times:
 
 
 def pytest_configure(config):
-    """Where tests run in other processes, the one that collects their reports keeps the times; none does without
-    pytest's cache."""
+    """The process that collects the reports of all keeps the times, if there is pytest's cache."""
     if not hasattr(config, "workerinput") and hasattr(config, "cache"):
         config.pluginmanager.register(Times(config))
 
 
 def pytest_collection_finish():
-    """Take all that collection has made out of the garbage collector's sight: it stays, and to visit it takes a quarter
-    of a second each time."""
+    """What collection has made stays; to visit it takes the garbage collector a quarter of a second each time."""
     gc.collect()
     gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item):
-    """Outside tests/mesh nothing hangs on a draw of the mesher, which cannot be seeded: it is refused there, but for
-    tests of a shape that no reference can be moved to, which are marked `mesher`."""
+    """The mesher cannot be seeded: outside tests/mesh it is refused, but for tests that are marked `mesher`."""
     if MESH_TESTS in item.path.parents or item.get_closest_marker("mesher"):
         return (yield)
     from papilla.core import seams
@@ -107,8 +100,7 @@ def pytest_runtest_protocol(item):
 
 @pytest.fixture(scope="module", autouse=True)
 def memory_given_back():
-    """What a module's tests no longer need goes back to the machine, not only to the allocator. What is left stays for
-    the session, such as imported modules: the collector need not visit it again."""
+    """What a module's tests no longer need goes back to the machine, not only to the allocator."""
     yield
     gc.collect()
     gc.freeze()

@@ -1,7 +1,6 @@
 """A map that papilla proposes is a map that papilla reads, whatever the header holds."""
 
 import csv
-import io
 import random
 
 import pytest
@@ -25,34 +24,23 @@ MARKS = (
 
 def odd_header(rng: random.Random) -> list[str]:
     """Names of two to six columns: known words, with marks before, inside and behind; some empty, long or alike."""
-    names = []
-    for _ in range(rng.randint(2, 6)):
-        parts = [rng.choice(WORDS)]
-        for _ in range(rng.choice((0, 0, 1, 1, 2, 3))):
-            word = parts.pop()
-            place = rng.randint(0, len(word))
-            parts += [word[:place] + rng.choice(MARKS) + word[place:]]
-        names.append(parts[0])
+    names = rng.choices(WORDS, k=rng.randint(2, 6))
+    for number in rng.choices(range(len(names)), k=rng.randint(0, 8)):
+        place = rng.randint(0, len(names[number]))
+        names[number] = names[number][:place] + rng.choice(MARKS) + names[number][place:]
     if rng.random() < 0.1:
         names[rng.randrange(len(names))] = rng.choice(("", "y" * 5000, names[0]))
     return names
 
 
-def written(rng: random.Random, names: list[str]) -> bytes:
-    """A table of numbers below a header."""
-    text = io.StringIO()
-    writer = csv.writer(text, delimiter=rng.choice(",,;\t"), lineterminator=rng.choice(("\n", "\r\n")))
-    writer.writerow(names)
-    writer.writerows([[f"{row / 1e3 + column:.3f}" for column in range(len(names))] for row in range(30)])
-    return text.getvalue().encode()
-
-
 def test_odd_headers_are_refused_in_one_line_or_read_back(tmp_path):
-    """In 400 drawn cases, and most of them are read: the property is not empty."""
     rng, read = random.Random(38), 0
     for case in range(HEADERS):
         names = odd_header(rng)
-        (tmp_path / "log.csv").write_bytes(written(rng, names))
+        with open(tmp_path / "log.csv", "w", encoding="utf-8", newline="") as text:
+            writer = csv.writer(text, delimiter=rng.choice(",,;\t"), lineterminator=rng.choice(("\n", "\r\n")))
+            writer.writerow(names)
+            writer.writerows([[f"{row / 1e3 + column:.3f}" for column in range(len(names))] for row in range(30)])
         try:
             text = propose(tmp_path / "log.csv").to_toml()
         except PapillaError as refused:
@@ -86,9 +74,7 @@ def test_a_row_of_numbers_does_not_become_the_header_in_its_place(tmp_path, head
         propose(tmp_path / "log.csv")
 
 
-@pytest.mark.parametrize(
-    "head", ['"Force\n[N]",time,ch1', 'time,"Force\r\n[N]",ch1', '"time",Force [N],"ch1\n# x = 1"']
-)
+@pytest.mark.parametrize("head", ['time,"Force\r\n[N]",ch1', '"time",Force [N],"ch1\n# x = 1"'])
 def test_a_name_over_two_lines_costs_no_row(tmp_path, head):
     (tmp_path / "log.csv").write_bytes(f"{head}\n0,1,5.5\n0.01,2,6.5\n0.02,3,7.5\n".encode())
     proposed = propose(tmp_path / "log.csv")

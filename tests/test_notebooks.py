@@ -23,10 +23,6 @@ def pictures(notebook) -> list[str]:
     return [data["image/png"] for data in shown if "image/png" in data]
 
 
-def test_the_notebooks_stand_in_their_order():
-    assert [int(path.name[:2]) for path in NOTEBOOKS] == list(range(1, 13))
-
-
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_is_kept_with_small_pictures_and_pins_its_numbers(path):
     notebook = nbformat.read(path, as_version=4)

@@ -1,9 +1,5 @@
-"""Every program and command of the documentation, run from top to bottom of its page.
-
-A block ```python runs, in the names of its page; of a block ```sh every line is a command of papilla; a block that
-opens with "# NAME.toml" is that file. Blocks ```text are shown only. Commands are shortened (`shorter`) where that
-changes nothing that the page says.
-"""
+"""Every program and command of the documentation, run from top to bottom of its page, in the names of its page; a
+block that opens with "# NAME.toml" is that file. Commands are shortened (`shorter`)."""
 
 import re
 import tomllib

@@ -16,10 +16,9 @@ READERS = (
     "json.load*", "tomllib.load*", "pickle.*", "marshal.*", "shelve.*", "dill.*", "cloudpickle.*", "joblib.load",
     "yaml.*", "csv.DictReader", "configparser.*", "xml.*", "sqlite3.connect", "ctypes.CDLL", "importlib.resources.*",
     "numpy.load", "numpy.genfromtxt", "numpy.fromfile", "numpy.memmap", "numpy.lib.format.*", "scipy.io.*",
-    "meshio.read",    "pyvista.read", "msgspec.*decode", "msgspec.*Decoder", "pyarrow.parquet.ParquetFile",
-    "pyarrow.parquet.read_table",
-    "rosbags.highlevel.AnyReader", "pandas.read_*", "urllib.*", "http.*", "requests.*", "eval", "exec", "compile",
-    "simpleeval.*",
+    "meshio.read", "pyvista.read", "msgspec.*decode", "msgspec.*Decoder", "pyarrow.parquet.ParquetFile", "requests.*",
+    "pyarrow.parquet.read_table", "rosbags.highlevel.AnyReader", "pandas.read_*", "urllib.*", "http.*", "eval", "exec",
+    "compile", "simpleeval.*",
 )  # fmt: skip
 """Functions, by the module that they are imported from, that read what papilla did not make itself."""
 LISTENERS = (
@@ -28,7 +27,6 @@ LISTENERS = (
     "dask.*",
 )  # fmt: skip
 METHODS = ("read_text", "read_bytes", "open", "recv", "recvfrom", "makefile", "fromfile")
-"""Methods that read, whatever they belong to."""
 WRITERS = (
     "numpy.save*", "json.dump", "os.write", "shutil.copy*", "shutil.move", "pyarrow.parquet.ParquetWriter",
     "pyarrow.parquet.write_*", "meshio.write",
@@ -65,15 +63,10 @@ def imported_names(tree: ast.AST) -> dict[str, str]:
 
 def dotted(node: ast.AST, names: dict[str, str]) -> str:
     """Dotted name of a function that is called; "?.read_text" for a method of some object."""
-    parts: list[str] = []
-    while isinstance(node, ast.Attribute):
-        parts.insert(0, node.attr)
-        node = node.value
-    if not isinstance(node, ast.Name):
-        return ".".join(["?", *parts[-1:]])
-    if node.id in names:
-        return ".".join([names[node.id], *parts])
-    return ".".join(["?", parts[-1]]) if parts else node.id
+    first, *parts = ast.unparse(node).split(".")
+    if first in names:
+        return ".".join([names[first], *parts])
+    return f"?.{node.attr}" if isinstance(node, ast.Attribute) else getattr(node, "id", "?")
 
 
 def calls(code: str) -> Iterator[tuple[str, ast.Call, bool]]:
@@ -100,31 +93,24 @@ def writes(name: str, call: ast.Call) -> bool:
         stated = call.args[name == "open" :] + [word.value for word in call.keywords if word.arg == "mode"]
         modes = [str(mode.value) for mode in stated if isinstance(mode, ast.Constant)]
         return any({*mode} & {*"wax+"} and len(mode) < 4 for mode in modes)
-    method = name.startswith("?.") and name[2:] in WRITING_METHODS
-    return method or any(fnmatch(name, pattern) for pattern in WRITERS)
+    return name[2:] in WRITING_METHODS if name.startswith("?.") else any(fnmatch(name, pattern) for pattern in WRITERS)
 
 
 def reads(name: str) -> bool:
     """Whether a call reads or listens to something from outside."""
-    if name.startswith("?."):
-        return name[2:] in METHODS
-    return any(fnmatch(name, pattern) for pattern in READERS + LISTENERS)
+    return name[2:] in METHODS if name.startswith("?.") else any(fnmatch(name, one) for one in READERS + LISTENERS)
 
 
 def faults(code: str, file: str) -> list[str]:
     """The calls in a module that should be made by `papilla.core.outside` or `papilla.core.files`."""
     if file in ("papilla/core/outside.py", "papilla/core/files.py"):
         return []
-    excepted = [pattern for place, pattern in EXCEPTIONS if place == file]
-    found = []
-    for name, call, temporary in calls(code):
-        if any(fnmatch(name, pattern) for pattern in excepted):
-            continue
-        if writes(name, call):
-            found += [] if temporary else [f"{file}:{call.lineno} writes by {name}"]
-        elif reads(name):
-            found.append(f"{file}:{call.lineno} reads by {name}")
-    return found
+    return [
+        f"{file}:{call.lineno} reads or writes by {name}"
+        for name, call, temporary in calls(code)
+        if (not temporary if writes(name, call) else reads(name))
+        and not any(place == file and fnmatch(name, pattern) for place, pattern in EXCEPTIONS)
+    ]
 
 
 def test_every_reader_listener_and_writer_goes_through_its_module():
@@ -143,15 +129,10 @@ def test_every_exception_is_needed_and_has_a_reason():
 @pytest.mark.parametrize(
     "code",
     [
-        "open(path)", "open(path, 'rb')", "path.open()", "path.read_text()", "import json\njson.loads(text)",
-        "from json import loads as parse\nparse(text)", "import numpy as np\nnp.load(path)", 
-        "import pickle\npickle.loads(b)",
-        "def f():\n    import sqlite3\n    return sqlite3.connect(p)", "import socket\nsocket.socket()", "eval(text)",
-        "from tomllib import loads\nloads(t)", "import msgspec\nmsgspec.msgpack.decode(b)", "s.recvfrom(9)",
-        "from distributed import LocalCluster\nLocalCluster()", "import gzip\ngzip.open(p)", "Path(p).read_bytes()",
-        "import pyarrow.parquet as pq\npq.read_table(p)", "from http.server import HTTPServer\nHTTPServer(a, b)",
-        "open(path, 'w')", "path.write_text(t)", "import numpy\nnumpy.savez(p)", "figure.savefig(p)", 
-        "open(p, mode='a')",
+        "open(path)", "path.open()", "path.read_text()", "from json import loads as parse\nparse(text)", "eval(text)",
+        "import numpy as np\nnp.load(path)", "def f():\n    import sqlite3\n    return sqlite3.connect(p)",
+        "import socket\nsocket.socket()", "import msgspec\nmsgspec.msgpack.decode(b)", "Path(p).read_bytes()",
+        "open(path, 'w')", "path.write_text(t)", "import numpy\nnumpy.savez(p)", "open(p, mode='a')",
     ],
 )  # fmt: skip
 def test_the_search_finds_each_kind(code):

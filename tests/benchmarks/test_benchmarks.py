@@ -35,6 +35,7 @@ SHORT = {
     "published_finger": ("--quick", "grid_length: "),
     "recorded_outputs": ("record answers.json --only new", "1 commands recorded"),
     "recovered_modulus": ("--moduli 3 --forces 2 --draws 2 --meshes 4 --frictions 0", "dominant: friction"),
+    "renamed_names": ("--count 3 --rooms scenes", "0 tests fail after 3 renames"),
     "section_against_presses": (
         "--forces 0.3 --size-mm 2.8 --places 4 --gratings 1 --fingers 1",
         "swing of the section over that in three dimensions",

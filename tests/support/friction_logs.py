@@ -1,12 +1,9 @@
 """Logs of friction with known coefficients, and statistics of the estimator's answers.
 
-The kinds of a scene are drawn at random: the motion (one direction, strokes, a hand), the force (constant, varying,
-with lifts), the offset of the tangential sensor, the dependence of mu, the pull during a rest, and sensors with noise.
-The skin shears before it slides (Dahl's model), so a start and a turn pull less than sliding does. What is drawn, and
-from which values, stands in `friction_logs.toml`.
+What is drawn, and from which values, stands in `friction_logs.toml`. The skin shears before it slides (Dahl's model),
+so a start and a turn pull less than sliding does.
 """
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, NamedTuple
@@ -14,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from papilla.core import settings
+from papilla.estimators.friction import FrictionStatus
 
 FALSE = 0.1
 """Relative error above which an answer that says "ok" is false."""
@@ -57,32 +55,22 @@ class Judged(NamedTuple):
 
 def judge(scene: Rubbed, answer) -> Judged:
     """Compare the answers (a `FrictionEstimate` of arrays) to a scene."""
-    from papilla.estimators.friction import FrictionStatus
-
     slides = np.isfinite(scene.mu)
-    given = slides & np.isfinite(answer.mu_kinetic)
-    good = np.array([status.good for status in FrictionStatus])[answer.status] & given
-    off = np.abs(answer.mu_kinetic - scene.mu)
+    answered = slides & np.isfinite(answer.mu_kinetic)
+    good = np.array([status.good for status in FrictionStatus])[answer.status] & answered
+    error, static_error = np.abs(answer.mu_kinetic - scene.mu), np.abs(answer.mu_static - scene.static)
     peaks = slides & np.isfinite(scene.static)
-    told = peaks & np.isfinite(answer.mu_static)
-    static_off = np.abs(answer.mu_static - scene.static)
-
-    def share(part: np.ndarray, whole: np.ndarray) -> float:
-        return float((part & whole).sum() / whole.sum()) if whole.any() else float("nan")
-
-    def median(values: np.ndarray) -> float:
-        return float(np.median(values[given])) if given.any() else float("nan")
-
-    return Judged(
-        share(given, slides),
-        share(good, slides),
-        share(off <= 2 * answer.mu_kinetic_sigma, given),
-        share(off > FALSE * scene.mu, good),
-        median(off / scene.mu),
-        median(answer.mu_kinetic_sigma / scene.mu),
-        share(told, peaks),
-        share(static_off <= 2 * answer.mu_static_sigma, told),
-    )
+    started = peaks & np.isfinite(answer.mu_static)
+    shares = [
+        float(part[rows].mean()) if rows.any() else float("nan")
+        for part, rows in (
+            (answered, slides), (good, slides), (error <= 2 * answer.mu_kinetic_sigma, answered),
+            (error > FALSE * scene.mu, good), (started, peaks), (static_error <= 2 * answer.mu_static_sigma, started),
+        )
+    ]  # fmt: skip
+    relative = np.array([error, answer.mu_kinetic_sigma])[:, answered] / scene.mu[answered]
+    medians = np.median(relative, axis=1) if answered.any() else np.full(2, np.nan)
+    return Judged(*shares[:4], *map(float, medians), *shares[4:])
 
 
 def sheared(friction: np.ndarray, velocity: np.ndarray, rate: float, shear_mm: float, pull: float = 0.0) -> np.ndarray:
@@ -266,15 +254,13 @@ def _by_force(own: Any, time: np.ndarray) -> Form:
     return pull, normal, velocity, np.where((velocity != 0) & (phase > own.settled_s), own.mu, np.nan)
 
 
-FORMS = {own.__name__[1:]: own for own in (_tribometer, _long_strokes, _swipe, _encoder, _by_force)}
+FORMS = {form.__name__[1:]: form for form in (_tribometer, _long_strokes, _swipe, _encoder, _by_force)}
 
 
 def _named(name: str, seed: int) -> Rubbed:
     """A log of `NAMED`."""
-    rules = RULES["named"][name]
-    rules = RULES["named"].get(rules.get("like"), {}) | rules
-    values = settings.drawn(rules, np.random.default_rng(seed))
-    own = settings.SettingsTable(values)
+    rules = RULES["named"].get(RULES["named"][name].get("like"), {}) | RULES["named"][name]
+    own = values = settings.SettingsTable(settings.drawn(rules, np.random.default_rng(seed)))
     time = np.arange(round(own.seconds * own.rate_Hz)) / own.rate_Hz
     pull, normal, velocity, mu = FORMS[own.form](own, time)
     samples, offset = np.column_stack([pull + own.offset_N + own.noise_N, normal, velocity]), own.offset_N
@@ -287,5 +273,4 @@ def _named(name: str, seed: int) -> Rubbed:
     return Rubbed(own.rate_Hz, samples, mu, offset, static, known, options, (own.label,))
 
 
-NAMED: Mapping[str, Callable[[int], Rubbed]] = {name: partial(_named, name) for name in RULES["named"]}
-"""The kinds of logs that an estimator of friction was found wrong on."""
+NAMED = {name: partial(_named, name) for name in RULES["named"]}  # On which an estimator was found wrong

@@ -22,8 +22,5 @@ def calibration(made_up):
 @pytest.fixture(scope="session")
 def truth():
     """The closed forms and the maker of sweeps, for tests that need others."""
-    return type(
-        "Truth",
-        (),
-        {"sd": staticmethod(true_sd), "readings": staticmethod(true_readings), "sweep": staticmethod(make_sweep)},
-    )
+    names = {"sd": true_sd, "readings": true_readings, "sweep": make_sweep}
+    return type("Truth", (), {name: staticmethod(form) for name, form in names.items()})

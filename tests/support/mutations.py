@@ -17,12 +17,11 @@ ODD = (
 
 
 def mutations(rng: random.Random, content: bytes, count: int) -> Iterator[bytes]:
-    """`count` damaged copies of content: bytes flipped, pieces cut, repeated, inserted, moved, or the end missing."""
-    damages = (_flip, _cut, _repeat, _insert, _splice, _truncate, _renumber)
+    """`count` damaged copies of content."""
     for _ in range(count):
         damaged = bytearray(content)
         for _ in range(rng.randint(1, FEW)):
-            rng.choice(damages)(rng, damaged)
+            _damage(rng, damaged, rng.choice(("flip", "cut", "repeat", "insert", "move", "truncate", "renumber")))
         yield bytes(damaged)
 
 
@@ -32,43 +31,26 @@ def _piece(rng: random.Random, content: bytearray) -> slice:
     return slice(start, min(len(content), start + rng.randint(1, PIECE_BYTES)))
 
 
-def _flip(rng: random.Random, content: bytearray) -> None:
-    if content:
+def _damage(rng: random.Random, content: bytearray, kind: str) -> None:
+    if kind == "flip" and content:
         content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
-
-
-def _cut(rng: random.Random, content: bytearray) -> None:
-    del content[_piece(rng, content)]
-
-
-def _repeat(rng: random.Random, content: bytearray) -> None:
-    place = _piece(rng, content)
-    content[place.start : place.start] = content[place] * rng.choice((1, 2, 100))
-
-
-def _insert(rng: random.Random, content: bytearray) -> None:
-    start = rng.randint(0, len(content))
-    content[start:start] = rng.choice((*ODD, rng.randbytes(PIECE_BYTES)))
-
-
-def _splice(rng: random.Random, content: bytearray) -> None:
-    """A piece over another place."""
-    content[_piece(rng, content)] = content[_piece(rng, content)]
-
-
-def _truncate(rng: random.Random, content: bytearray) -> None:
-    if rng.random() < 0.3:
+    elif kind == "cut":
+        del content[_piece(rng, content)]
+    elif kind == "repeat":
+        place = _piece(rng, content)
+        content[place.start : place.start] = content[place] * rng.choice((1, 2, 100))
+    elif kind == "insert":
+        start = rng.randint(0, len(content))
+        content[start:start] = rng.choice((*ODD, rng.randbytes(PIECE_BYTES)))
+    elif kind == "move":
+        content[_piece(rng, content)] = content[_piece(rng, content)]
+    elif kind == "truncate" and rng.random() < 0.3:
         del content[rng.randint(0, len(content)) :]
-
-
-def _renumber(rng: random.Random, content: bytearray) -> None:
-    """Another number, or a length field of four bytes, in place of a digit or of four bytes."""
-    digits = [at for at, byte in enumerate(content) if 48 <= byte <= 57]
-    if digits and rng.random() < 0.5:
-        at = rng.choice(digits)
-        content[at : at + 1] = rng.choice((b"-1", b"0", b"1e308", b"9" * 12, b"0.5", b"nan"))
-    elif len(content) >= 4:
-        at = rng.randrange(len(content) - 3)
-        content[at : at + 4] = rng.choice((0, 1, 2**16, 2**31 - 1, 2**32 - 1)).to_bytes(
-            4, rng.choice(("little", "big"))
-        )
+    elif kind == "renumber":  # A digit, or a length field of four bytes
+        digits = [at for at, byte in enumerate(content) if 48 <= byte <= 57]
+        if digits and rng.random() < 0.5:
+            at = rng.choice(digits)
+            content[at : at + 1] = rng.choice((b"-1", b"0", b"1e308", b"9" * 12, b"0.5", b"nan"))
+        elif len(content) >= 4:
+            at, number = rng.randrange(len(content) - 3), rng.choice((0, 1, 2**16, 2**31 - 1, 2**32 - 1))
+            content[at : at + 4] = number.to_bytes(4, rng.choice(("little", "big")))

@@ -31,11 +31,8 @@ def flaws(figure: Figure) -> list[str]:
     boxes = [(one.get_text(), one.get_window_extent()) for one in figure.texts]
     boxes += [(f"axes {k}", one.get_window_extent()) for k, one in enumerate(figure.axes) if one.get_visible()]
     found += [f"{a!r} over {b!r}" for (a, one), (b, two) in combinations(boxes, 2) if _overlap(one, two)]
-    for axes in figure.axes:
-        legend = axes.get_legend()
-        if legend is None:
-            continue
-        box = legend.get_window_extent()
+    for axes in (axes for axes in figure.axes if axes.get_legend()):
+        box = axes.get_legend().get_window_extent()
         for line in axes.lines:
             points = axes.transData.transform(np.column_stack(line.get_data(orig=False)).astype(float))
             if len(points) > 2 and any(box.contains(*point) for point in points if np.isfinite(point).all()):
