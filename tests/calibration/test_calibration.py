@@ -238,7 +238,7 @@ def test_a_file_that_was_changed_or_has_no_checksum_loads_with_a_remark(tmp_path
             loaded = Calibration.load(path)
         assert loaded.notes == record().notes
     loaded.save(path)
-    assert Calibration.load(path).notes == (*loaded.notes, loaded.remark), "saved again, it still says so"
+    assert Calibration.load(path).notes == (*loaded.notes, loaded.file_note), "saved again, it still says so"
 
 
 def test_estimators_do_without_the_library_of_files():

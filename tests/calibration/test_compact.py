@@ -60,7 +60,7 @@ def test_outside_what_was_fitted_there_is_no_answer(fitted):
 def test_it_is_in_the_file_and_comes_back(fitted, tmp_path):
     fitted.save(tmp_path / "c.json")
     back = Calibration.load(tmp_path / "c.json")
-    assert back.remark == "" and np.array_equal(back.compact.coefficients, fitted.compact.coefficients)
+    assert back.file_note == "" and np.array_equal(back.compact.coefficients, fitted.compact.coefficients)
     assert dataclasses.replace(back.compact, coefficients=TRUE) != back.compact
     calibration().save(tmp_path / "without.json")
     assert Calibration.load(tmp_path / "without.json").compact is None

@@ -86,9 +86,9 @@ def test_a_clock_that_is_set_is_told_and_nothing_wrong_is_ok(column, jump_s, lef
 def test_a_late_encoder_is_found_and_told(column, late_ms):
     pipeline, answer, usable = stroked(column, late_ms=late_ms)
     assert usable[800:].mean() > 0.8 and np.abs(answer.wavelength_mm[usable] / 1.4 - 1).max() < 0.02
-    (told,) = [line for line in pipeline.messages if "ms behind the readings" in line]
+    (told,) = [line for line in pipeline.notes if "ms behind the readings" in line]
     assert float(told.split(" ms behind")[0].split()[-1]) == pytest.approx(late_ms, abs=1.0)
-    assert not [line for line in stroked(column)[0].messages if "behind the readings" in line]
+    assert not [line for line in stroked(column)[0].notes if "behind the readings" in line]
 
 
 def test_bad_gauges_are_named_and_the_others_answer():
@@ -154,10 +154,10 @@ def test_without_a_velocity_the_gauge_that_changes_most_is_followed():
 def test_messages_name_what_the_rate_and_the_options_leave_open(rate):
     columns = ("force_N", "velocity_mm_s", "tangential_N")
     plain = {"gauges": 1, "columns": columns, "sample_rate_Hz": rate}
-    text = "\n".join(Pipeline(None, **plain).messages)
+    text = "\n".join(Pipeline(None, **plain).notes)
     assert ("friction: no static coefficient" in text) == (rate < 400) and ("may look longer" in text) == (rate < 200)
     assert "ridge_pitch_mm" in text and "1.5% for the scale" in text
-    text = "\n".join(Pipeline(None, **plain, ridge_pitch_mm=0.0, scale_sigma=0.0).messages)
+    text = "\n".join(Pipeline(None, **plain, ridge_pitch_mm=0.0, scale_sigma=0.0).notes)
     assert "ridge_pitch_mm" not in text and "scale of the path" not in text
 
 

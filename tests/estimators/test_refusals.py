@@ -77,7 +77,7 @@ def test_what_cannot_be_used_is_one_line(five_gauges, maker, options, message):
 
 def test_methods_are_those_of_papilla_and_of_installed_packages(five_gauges):
     assert {*SURFACES_METHOD, "printed"} <= set(softness_names())
-    assert sample_method("printed", five_gauges, **NOISE).remark
+    assert sample_method("printed", five_gauges, **NOISE).note
     with pytest.raises(InputError, match="softness must be one of gauges, surface, sd, .*, got 'none'"):
         sample_method("none", five_gauges)
     force, modulus = (axis.ravel() for axis in np.meshgrid(np.linspace(0.1, 0.7, 8), np.geomspace(0.05, 0.7, 8)))

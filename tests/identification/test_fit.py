@@ -160,8 +160,8 @@ def test_a_finger_is_another_below_one_per_cent():
 
 def test_a_diagnosis_states_intervals_influence_and_each_doubt_once(found):
     told = diagnose(found)
-    assert told.doubts[0].startswith("the presses do not separate lever and gain of g1") and len(told.doubts) == 2
-    assert told.doubts[1].startswith("g2 reads backwards")
+    assert told.notes[0].startswith("the presses do not separate lever and gain of g1") and len(told.notes) == 2
+    assert told.notes[1].startswith("g2 reads backwards")
     (profiled,) = told.profiles
     assert profiled.name == MODULI[0] and told.intervals[MODULI[0]] == (profiled.lower, profiled.upper)
     assert told.status == (
@@ -190,10 +190,10 @@ def test_what_is_wrong_with_a_fit_is_named(found):
         ({"vector": at_bound}, "outer_modulus_MPa ended at its bound"),
         ({"vector": outside}, "the ratio of the moduli is 5 % outside of 1 to 16"),
     ):
-        doubts = diagnose(replace(found, **change)).doubts
+        doubts = diagnose(replace(found, **change)).notes
         assert sum(re.match(doubt, told) is not None for told in doubts) == 1, doubts
     for change in ({"chi_square": 1.4 * found.freedom}, {"rival": 3.9}):
-        assert not re.search("does not fit|fits as well", " ".join(diagnose(replace(found, **change)).doubts))
+        assert not re.search("does not fit|fits as well", " ".join(diagnose(replace(found, **change)).notes))
 
 
 def test_the_page_has_the_numbers(found, tmp_path):

@@ -69,7 +69,7 @@ def test_friction_that_nobody_told_is_a_share_of_stick(smooth):
         found = identify(log, Finger.default(), size_mm=SIZE_MM, noise=QUIET)
         assert found["stick_share"][0] == pytest.approx(share, abs=0.2)
     told = diagnose(found)
-    assert any(doubt.startswith("friction was not stated") for doubt in told.doubts) and told.profiles == ()
+    assert any(doubt.startswith("friction was not stated") for doubt in told.notes) and told.profiles == ()
     stored = found.with_record(record(found, told, "block"))
     assert stored.identified.friction == "not told" and stored.bench.friction is None
     assert compare(stored, log, size_mm=SIZE_MM).same
@@ -132,8 +132,8 @@ def test_presses_that_do_not_vary_are_doubted_and_leave_the_moduli_open(smooth, 
     readings = log.readings.copy()
     readings[:, 3] = 3.0 + np.arange(3) / 10
     diagnosis = diagnose(identify(replace(log, readings=readings), Finger.default(), **STUCK))
-    assert any(doubt in told for told in diagnosis.doubts) and diagnosis.status.startswith("doubtful")
-    assert any(told.startswith("g4 hardly follows the presses") for told in diagnosis.doubts)
+    assert any(doubt in told for told in diagnosis.notes) and diagnosis.status.startswith("doubtful")
+    assert any(told.startswith("g4 hardly follows the presses") for told in diagnosis.notes)
     for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
         low, high = diagnosis.intervals[name]
         assert high / low > 1.5
@@ -145,7 +145,7 @@ def test_a_profile_ends_where_chi_square_has_risen_by_its_quantile(smooth):
     least = (found.problem.residuals(found.vector) ** 2).sum()
     for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
         told = profile(found, name)
-        assert told.verdict == "bounded" and told.lower < found[name][0] < told.upper and told.doubts == []
+        assert told.verdict == "bounded" and told.lower < found[name][0] < told.upper and told.notes == []
         for end in (told.lower, told.upper):
             held = identify(log, Finger.default(), fix={name: end}, **STUCK)
             problem = replace(found.problem, free=held.names, held={**found.problem.held, name: end})
@@ -161,7 +161,7 @@ def test_what_presses_leave_open_and_what_cuts_a_profile_off(smooth):
     for seed, ratio, cut, words in ((3, None, (), "its prior decides"), (5, 15.9, (RATIO_WORDS,), "is cut off where")):
         log, _ = made(smooth, seed, moduli=(0.51,), depth=False, ratio=ratio)
         told = profile(identify(log, Finger.default(), **STUCK), "outer_modulus_MPa")
-        assert any(words in doubt for doubt in told.doubts) and set(cut) <= {*told.cut_off_by}
+        assert any(words in doubt for doubt in told.notes) and set(cut) <= {*told.cut_off_by}
 
 
 def test_swapped_gauges_are_named(smooth):
@@ -169,8 +169,8 @@ def test_swapped_gauges_are_named(smooth):
     crossed = replace(log, readings=log.readings[:, [0, 2, 1, 3, 4]])
     fix = {name: truth[name] for name in ("outer_modulus_MPa", "inner_modulus_MPa")}
     right, swapped = (diagnose(identify(each, Finger.default(), fix=fix, **STUCK)) for each in (log, crossed))
-    assert not any("look swapped" in doubt for doubt in right.doubts)
-    assert any("g2 and g3 look swapped" in doubt for doubt in swapped.doubts) and swapped.status.startswith("doubtful")
+    assert not any("look swapped" in doubt for doubt in right.notes)
+    assert any("g2 and g3 look swapped" in doubt for doubt in swapped.notes) and swapped.status.startswith("doubtful")
 
 
 @pytest.mark.slow

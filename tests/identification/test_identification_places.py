@@ -73,7 +73,7 @@ def test_specimens_of_their_own_shape_and_doubtful_modulus():
     assert abs(np.log(value / 0.324)) < 3 * sigma
     place = found.names.index("specimen_modulus.0.3")
     far = replace(found, vector=np.where(np.arange(len(found.names)) == place, np.log(0.3) + 0.25, found.vector))
-    assert any("the specimen of 0.3 MPa came out at 0.385, 2.5 of the" in doubt for doubt in diagnose(far).doubts)
+    assert any("the specimen of 0.3 MPa came out at 0.385, 2.5 of the" in doubt for doubt in diagnose(far).notes)
     exact = identify(replace(log, modulus_sigma_MPa=None), Finger.default(), size_mm=SIZE_MM)
     assert found["outer_modulus_MPa"][1] > exact["outer_modulus_MPa"][1]
     kept = record(found, diagnose(found), "block and half-space")

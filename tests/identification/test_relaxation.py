@@ -31,7 +31,7 @@ def test_its_own_terms_come_back(prony, held):
     found = fit_relaxation(TIME, force, depth, terms=len(prony.shares))
     assert found.prony.shares == pytest.approx(prony.shares, rel=0.02)
     assert found.prony.times_s == pytest.approx(prony.times_s, rel=0.03)
-    assert found.rms < 1e-3 and found.doubts == ()
+    assert found.rms < 1e-3 and found.notes == ()
 
 
 def test_sigmas_hold_what_noise_does():
@@ -46,9 +46,9 @@ def test_sigmas_hold_what_noise_does():
 
 def test_what_a_log_cannot_tell_is_said():
     force, depth = made(Prony((0.3,), (400.0,)), "force", noise=0.002)
-    assert any("outside of what the log resolves" in said for said in fit_relaxation(TIME, force, depth).doubts)
+    assert any("outside of what the log resolves" in said for said in fit_relaxation(TIME, force, depth).notes)
     force, depth = made(Prony((0.004,), (2.0,)), "force", noise=0.01)
-    assert fit_relaxation(TIME, force, depth).doubts
+    assert fit_relaxation(TIME, force, depth).notes
 
 
 @pytest.mark.parametrize(

@@ -125,4 +125,4 @@ def test_unusable_options_are_refused_and_the_pipeline_knows_the_forms(options, 
     with pytest.raises(InputError, match=message):
         PrintedSoftness(**options)
     pipeline = Pipeline(calibration, columns=("force_N",), softness="quadratic")
-    assert any("by the published form" in message for message in pipeline.messages)
+    assert any("by the published form" in message for message in pipeline.notes)
