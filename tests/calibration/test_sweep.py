@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibration import Sweep, sweep
+from papilla.calibration import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.tables import TableReader
 from papilla.fem import prepare, press
@@ -106,3 +106,8 @@ def test_arrays_that_do_not_fit_together_are_refused(made_up, name):
     ):
         with pytest.raises(FileFormatError, match=f"a sweep.*({name}|status)"):
             Sweep.from_arrays(spoilt)
+
+
+def test_the_default_moduli_hold_the_published_specimens():
+    assert {0.089, 0.51, 0.72} <= set(DEFAULT_MODULI) and (min(DEFAULT_MODULI), max(DEFAULT_MODULI)) == (0.02, 5.0)
+    assert (min(DEFAULT_FORCES), max(DEFAULT_FORCES)) == (0.05, 1.0)

@@ -11,6 +11,7 @@ import pytest
 from papilla.cli import options, output
 from papilla.core import seams
 from papilla.core.errors import InputError
+from papilla.core.progress import CountedStep
 
 
 def test_json_has_no_numbers_that_are_none_and_no_control_characters():
@@ -74,9 +75,9 @@ def test_away_from_a_terminal_a_stage_is_named_and_again_after_five_seconds(monk
     monkeypatch.setattr(seams, "now_ns", lambda: round(1e9 * next(now)))
     with output.progress() as shown:
         for number in range(5):
-            shown.line(f"meshing, {number}")
-        shown.stage("mesh 3 of 5, 0 s", 3, 5)
-        shown.line("fitting")
+            shown(f"meshing, {number}")
+        shown(CountedStep("mesh 3 of 5, 0 s", 3, 5))
+        shown("fitting")
     assert capsys.readouterr().err.splitlines() == [
         "meshing, 0",
         "meshing, 2",

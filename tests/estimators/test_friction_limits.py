@@ -181,7 +181,7 @@ def test_sigma_holds_scatter_offset_force_and_age():
         ({"breakaway": Peak(0.3, 0.77, 2.0, 0.02)}, "STATIC_NOT_SEEN"), ({"breakaway": Peak()}, "OK"),
         ({"breakaway": Peak(0.3, 0.83, 2.0, 0.02)}, "OK"), ({"pull": 0.04}, "NEGATIVE"),
         ({"blocks": 0.0}, "NOT_SLIDING"),
-        ({"remark": FrictionStatus.CHANGED}, "CHANGED"), ({"remark": FrictionStatus.CHANGED, "pull": 0.04}, "NEGATIVE"),
+        ({"note": FrictionStatus.CHANGED}, "CHANGED"), ({"note": FrictionStatus.CHANGED, "pull": 0.04}, "NEGATIVE"),
     ],
 )  # fmt: skip
 def test_the_status_says_what_is_missing(known, status):

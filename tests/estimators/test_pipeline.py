@@ -125,7 +125,7 @@ def test_softness_uses_every_gauge_or_s_d(calibration, touch):
     assert abs(answer.modulus_MPa[599] / 0.3 - 1) < 4 * answer.modulus_sigma_MPa[599] / 0.3 < 0.1
     doubting = Pipeline(calibration, **sure)
     assert doubting.process(stream).modulus_sigma_MPa[599] > 10 * answer.modulus_sigma_MPa[599]
-    assert any(told.startswith("modulus: most of its standard deviation is the") for told in doubting.messages)
+    assert any(told.startswith("modulus: most of its standard deviation is the") for told in doubting.notes)
     assert "modulus: no contact" in answer.status[-1]
     assert np.isnan(answer.modulus_MPa[-1])
 
