@@ -11,7 +11,7 @@ from papilla.estimators import Pipeline
 from papilla.references.bounds import frequency_bound, wavelength_bound
 from papilla.scenes import parts as parts
 from papilla.scenes.parts import SCENE_HARMONICS, common_period, profile_amplitudes, sheared
-from papilla.scenes.scenes import SCENES_BY_NAME, WAVELENGTHS_MM, Part, scene
+from papilla.scenes.scenes import SCENES_BY_NAME, WAVELENGTHS_MM, Part, Recipe, scene
 
 
 @pytest.mark.parametrize("wavelength", WAVELENGTHS_MM)
@@ -328,3 +328,54 @@ def test_estimators_tell_a_felt_grating_and_single_edges_apart():
             assert np.isnan(made.wavelength_mm).all() and not near.any()
         else:
             assert made.signal.std() == pytest.approx(1.0, rel=1e-6) and near[-1]
+
+
+# ---- Hard to see in a scene: what a part does at its edges
+
+
+def test_a_recipe_is_clean_without_disturbance_skin_or_another_surface():
+    way, hum = Part("constant"), (Part("hum", {}),)
+    assert Recipe(way, Part("grating", {})).clean and SCENES_BY_NAME["act2"].clean
+    for other in ({"surface": Part("smooth", {})}, {"disturbances": hum}, {"skin": Part("sheared")}):
+        assert not Recipe(way, **{"surface": Part("grating", {}), **other}).clean, other
+    assert Recipe(way, disturbances=hum).hums and not Recipe(way).hums
+    for name, lined in (("smooth", False), ("rough", False), ("felt_edges", False), ("two_lines", True)):
+        assert Recipe(way, Part(name)).lined is lined
+
+
+def test_a_step_is_halfway_where_no_time_is_said_and_to_the_other_side(draft):
+    for asked, to in ((1.2, 4.0), (3.0, 0.7)):
+        draft.asked_mm = asked
+        parts.step(draft, 0.7, 4.0, 2.0)
+        changed = np.flatnonzero(np.diff(draft.wavelength))
+        assert changed.tolist() == [499] and draft.wavelength[[0, -1]].tolist() == [asked, to]
+    parts.step(draft, 0.7, 4.0, 2.0, to_mm=1.5, at_s=0.2)
+    assert np.flatnonzero(np.diff(draft.wavelength)).tolist() == [199] and draft.wavelength[-1] == 1.5
+
+
+def test_a_lost_contact_fades_over_its_edge(draft):
+    """A Gaussian of 20 ms: half at the edge, 84 % a deviation later."""
+    parts.lost(draft, 0.0, 0.5, 0.2, 8.0, 0.02)
+    rise = draft.texture[180:221, 0]
+    assert (rise[19] + rise[20]) / 2 == pytest.approx(0.5, abs=0.01) and rise[40] == pytest.approx(0.84, abs=0.02)
+
+
+def test_a_rough_surface_is_as_long_as_the_path_and_its_spare_ends(draft):
+    """Of its draws: an even count of spacings over the path and four spare lengths, and the surface from them."""
+    twin = np.random.default_rng(5)
+    draft.rng = np.random.default_rng(5)
+    parts.rough(draft, 0.1, 1.0, 0.02, 1.0, 10.0)
+    count = math.ceil((99.9 + 0.3 + 4.0) / 0.02)
+    twin.normal(size=count + count % 2)
+    assert draft.rng.uniform() == twin.uniform()
+
+
+def test_a_grating_felt_by_the_finger_is_the_middle_gauge_of_its_section(draft):
+    draft.asked_mm, draft.offsets_mm = 2.0, np.array([0.0, 0.3])
+    parts.felt_grating(draft, 0.1)
+    texture = draft.texture
+    assert (draft.wavelength == 2.0).all() and texture[:, 0].std() == pytest.approx(1) and texture.shape == (1000, 2)
+    assert (texture[:, 0] == texture[:, 1]).all() and abs(texture[:, 0].mean()) < 1e-9
+    power = np.abs(np.fft.rfft(texture[500:, 0] * np.hanning(500))) ** 2
+    lines = np.add.outer(25 * np.arange(1, 10), (-1, 0, 1)).ravel()
+    assert power[lines].sum() > 0.8 * power.sum(), "multiples of 50 Hz: 100 mm/s over 2 mm"
