@@ -379,3 +379,9 @@ def test_a_grating_felt_by_the_finger_is_the_middle_gauge_of_its_section(draft):
     power = np.abs(np.fft.rfft(texture[500:, 0] * np.hanning(500))) ** 2
     lines = np.add.outer(25 * np.arange(1, 10), (-1, 0, 1)).ravel()
     assert power[lines].sum() > 0.8 * power.sum(), "multiples of 50 Hz: 100 mm/s over 2 mm"
+
+
+def test_short_teeth_go_on_to_the_end_of_a_path(draft):
+    parts.stick_slip(draft, 0.35, 0.1, 1.0)
+    late = draft.added[-100:]
+    assert late.std() == pytest.approx(1, rel=0.15) and late.min() < -1.3 and late.max() > 1.3

@@ -20,6 +20,7 @@ from papilla.core.errors import InputError, MissingExtraError, SolverError
 from papilla.fem import press
 from papilla.fem.discrete.assembly import lame
 from papilla.mesh.cells import mean_ratio, volumes
+from papilla.mesh.layered import OUTER_LAYER
 from papilla.model.finger import Dome, Finger, Layer, Slab
 from papilla.model.specimen import HalfSpace
 from papilla.references import StackLayer, bonded_layer_sphere, hertz_sphere
@@ -289,6 +290,30 @@ def test_stored_presses_are_those_of_their_fingers():
             assert rows[:, 1:6] == pytest.approx(rows[:, 5:0:-1])
 
 
+def test_errors_are_relative_to_what_is_exact():
+    assert bodies.off(1.1, 1.0) == pytest.approx(0.1) and bodies.off(1.0, 1.1) == pytest.approx(1 / 11)
+    assert bodies.apart(np.array([1.0, 5.0]), np.array([1.5, 4.0])) == pytest.approx(1 / 4)
+
+
+def test_flat_bodies_have_their_layers_gauges_and_places():
+    """A coat of 1 mm on 3 mm, and a layer whose lower half is of another material."""
+    coat, below = Layer(10.0, 0.4), Layer(1.0, 0.4)
+    made = bodies.coated(coat, below, 1.0, 3.0, 6.0)
+    heights = np.unique(made.mesh.points[:, 2])
+    assert heights[[0, -1]] == pytest.approx([-4, 0]) and np.abs(heights + 1).min() < 1e-12
+    middle = made.mesh.points[made.mesh.tets].mean(axis=1)[:, 2]
+    assert ((middle > -1) == (made.mesh.layer == OUTER_LAYER)).all()
+    assert [made.finger.outer, made.finger.inner] == [coat, below]
+    for gauge, x in zip(bodies.bonded_layer(coat, 0.8, below, (0.0, 0.5)).finger.gauges, (0.0, 0.5), strict=True):
+        assert (gauge.x_mm, gauge.length_mm, gauge.backing_mm) == (x, 1.0, (2.0, 1.0))
+
+
+def test_vertices_of_a_shell_are_spread_evenly_along_its_sides():
+    made = shell(np.array([1.0, 2.0]), 6)
+    side = made.points[(made.points[:, 2] == 0) & (np.linalg.norm(made.points, axis=1) < 1.5)]
+    assert np.sort(np.degrees(np.arctan2(side[:, 1], side[:, 0]))) == pytest.approx(np.arange(0, 91, 15))
+
+
 # ---- The families
 
 
@@ -309,6 +334,7 @@ def test_the_self_test_of_an_installation_passes(monkeypatch, tmp_path):
         ("incompressible", 2, "bonded layer, nu 0.49, force", "force at given", 0.207),
         ("contrast", 3, "modulus contrast 0.001, force", "force at given", 0.115),
         ("moved", 4, "dome of revolution, 10 gf, S_d", "S_d on a moved mesh", 0.286),
+        ("revolution", 5, "0.05 MPa, 5 gf, S_d", "S_d against axisymmetric rings", 0.678),
         ("slivers", 4, "66 slivers", "S_d at 30 gf", 0.017),
         ("identification", 2, "least chi-square, 15 presses", "above what Minuit's", None),
     ],
