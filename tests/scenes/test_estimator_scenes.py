@@ -330,9 +330,6 @@ def test_estimators_tell_a_felt_grating_and_single_edges_apart():
             assert made.signal.std() == pytest.approx(1.0, rel=1e-6) and near[-1]
 
 
-# ---- Hard to see in a scene: what a part does at its edges
-
-
 def test_a_recipe_is_clean_without_disturbance_skin_or_another_surface():
     way, hum = Part("constant"), (Part("hum", {}),)
     assert Recipe(way, Part("grating", {})).clean and SCENES_BY_NAME["act2"].clean
@@ -360,16 +357,6 @@ def test_a_lost_contact_fades_over_its_edge(draft):
     assert (rise[19] + rise[20]) / 2 == pytest.approx(0.5, abs=0.01) and rise[40] == pytest.approx(0.84, abs=0.02)
 
 
-def test_a_rough_surface_is_as_long_as_the_path_and_its_spare_ends(draft):
-    """Of its draws: an even count of spacings over the path and four spare lengths, and the surface from them."""
-    twin = np.random.default_rng(5)
-    draft.rng = np.random.default_rng(5)
-    parts.rough(draft, 0.1, 1.0, 0.02, 1.0, 10.0)
-    count = math.ceil((99.9 + 0.3 + 4.0) / 0.02)
-    twin.normal(size=count + count % 2)
-    assert draft.rng.uniform() == twin.uniform()
-
-
 def test_a_grating_felt_by_the_finger_is_the_middle_gauge_of_its_section(draft):
     draft.asked_mm, draft.offsets_mm = 2.0, np.array([0.0, 0.3])
     parts.felt_grating(draft, 0.1)
@@ -385,3 +372,16 @@ def test_short_teeth_go_on_to_the_end_of_a_path(draft):
     parts.stick_slip(draft, 0.35, 0.1, 1.0)
     late = draft.added[-100:]
     assert late.std() == pytest.approx(1, rel=0.15) and late.min() < -1.3 and late.max() > 1.3
+
+
+def test_rows_are_judged_that_are_settled_and_fast():
+    made = replace(without_noise("const"), velocity_mm_s=np.linspace(0, 4, 2000))
+    assert np.flatnonzero(made.judged()).tolist() == list(range(1001, 2000))
+    assert np.flatnonzero(made.judged(0.0, 0.8)).tolist() == list(range(1600, 2000))
+
+
+def test_edges_reach_beyond_the_path_to_both_sides(draft):
+    """Gauges of the finger stand before and behind the path: the skin is there as well, in steps at random places."""
+    parts.felt_edges(draft, 0.1, 5.0, 0.02, 12.0)
+    assert np.isnan(draft.wavelength).all() and draft.texture[:, 0].std() == pytest.approx(1)
+    assert draft.texture[:50, 0].std() > 0.1 < draft.texture[-50:, 0].std()
