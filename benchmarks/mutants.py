@@ -125,6 +125,8 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/fem/pressing/contact.py", "1.05", "1.155"): "how far a path is computed beyond what is asked",
     ("papilla/fem/pressing/contact_path.py", "24", "25"): "with how many nodes a path begins, and when it gives up",
     ("papilla/fem/pressing/contact_step.py", "4", "5"): "when single nodes begin to change sets",
+    ("papilla/scenes/parts.py", "np.clip(1 + depth * waver, least, None)", "np.clip(least, 1 + depth * waver, None)"):
+     "the greater of two",
     ("papilla/view/plots.py", "_nearest(moduli, modulus)", "_nearest(modulus, moduli)"): "a distance",
     ("papilla_papers/claims/experiments/softness.py", "1e-9", "1.1e-09"): "above the rounding of two same answers",
 }  # fmt: skip

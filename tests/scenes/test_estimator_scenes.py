@@ -11,7 +11,7 @@ from papilla.estimators import Pipeline
 from papilla.references.bounds import frequency_bound, wavelength_bound
 from papilla.scenes import parts as parts
 from papilla.scenes.parts import SCENE_HARMONICS, common_period, profile_amplitudes, sheared
-from papilla.scenes.scenes import SCENES_BY_NAME, WAVELENGTHS_MM, Part, scene
+from papilla.scenes.scenes import SCENES_BY_NAME, WAVELENGTHS_MM, Part, Recipe, scene
 
 
 @pytest.mark.parametrize("wavelength", WAVELENGTHS_MM)
@@ -217,6 +217,7 @@ def test_a_drawn_scale_is_off_by_two_thirds_of_its_error_at_least_to_either_side
 def test_a_rough_surface_is_one_surface_for_all_gauges_and_averaged_by_the_skin(draft):
     parts.rough(draft, 0.1, 1.0, 0.02, 1.0, 10.0)
     assert draft.texture.std() == pytest.approx(1) and np.isnan(draft.wavelength).all()
+    assert draft.texture[-100:, 0].std() > 0.1, "to the end of the path"
     assert draft.texture[:-3, 1] == pytest.approx(draft.texture[3:, 0], abs=1e-6), "0.3 mm are 3 samples"
     power = np.abs(np.fft.rfft(draft.texture[:, 0] * np.hanning(1000))) ** 2
     assert power[400:].mean() < 1e-3 * power[5:50].mean(), "waves of 0.25 mm, and of 2 to 20 mm"
@@ -249,8 +250,8 @@ def test_a_number_in_place_of_a_rule_is_what_it_draws_about(draft):
 def test_errors_of_the_clock_and_of_the_velocity(draft):
     parts.smoothed(draft, 0.02)
     assert draft.known[19] == pytest.approx(100 * (1 - math.exp(-1))), "a time constant after a step from 0"
-    parts.dropped(draft, 0.0, 0.25, 0.05)
-    assert np.isnan(draft.added).mean() == pytest.approx(0.2, abs=2e-3)
+    parts.dropped(draft, 0.03, 0.25, 0.05)
+    assert np.isnan(draft.added).mean() == pytest.approx(0.2, abs=2e-3) and np.isnan(draft.added[[1, 18, 222]]).all()
     parts.stamped(draft, 0.01)
     assert draft.time_s[[0, 9, 10, 25]] == pytest.approx([0, 0, 0.01, 0.02])
 
@@ -328,3 +329,60 @@ def test_estimators_tell_a_felt_grating_and_single_edges_apart():
             assert np.isnan(made.wavelength_mm).all() and not near.any()
         else:
             assert made.signal.std() == pytest.approx(1.0, rel=1e-6) and near[-1]
+
+
+def test_a_recipe_is_clean_without_disturbance_skin_or_another_surface():
+    way, hum = Part("constant"), (Part("hum", {}),)
+    assert Recipe(way, Part("grating", {})).clean and SCENES_BY_NAME["act2"].clean
+    for other in ({"surface": Part("smooth", {})}, {"disturbances": hum}, {"skin": Part("sheared")}):
+        assert not Recipe(way, **{"surface": Part("grating", {}), **other}).clean, other
+    assert Recipe(way, disturbances=hum).hums and not Recipe(way).hums
+    for name, lined in (("smooth", False), ("rough", False), ("felt_edges", False), ("two_lines", True)):
+        assert Recipe(way, Part(name)).lined is lined
+
+
+def test_a_step_is_halfway_where_no_time_is_said_and_to_the_other_side(draft):
+    for asked, to in ((1.2, 4.0), (3.0, 0.7)):
+        draft.asked_mm = asked
+        parts.step(draft, 0.7, 4.0, 2.0)
+        changed = np.flatnonzero(np.diff(draft.wavelength))
+        assert changed.tolist() == [499] and draft.wavelength[[0, -1]].tolist() == [asked, to]
+    parts.step(draft, 0.7, 4.0, 2.0, to_mm=1.5, at_s=0.2)
+    assert np.flatnonzero(np.diff(draft.wavelength)).tolist() == [199] and draft.wavelength[-1] == 1.5
+
+
+def test_a_lost_contact_fades_over_its_edge(draft):
+    """A Gaussian of 20 ms: half at the edge, 84 % a deviation later."""
+    parts.lost(draft, 0.0, 0.5, 0.2, 8.0, 0.02)
+    rise = draft.texture[180:221, 0]
+    assert (rise[19] + rise[20]) / 2 == pytest.approx(0.5, abs=0.01) and rise[40] == pytest.approx(0.84, abs=0.02)
+
+
+def test_a_grating_felt_by_the_finger_is_the_middle_gauge_of_its_section(draft):
+    draft.asked_mm, draft.offsets_mm = 2.0, np.array([0.0, 0.3])
+    parts.felt_grating(draft, 0.1)
+    texture = draft.texture
+    assert (draft.wavelength == 2.0).all() and texture[:, 0].std() == pytest.approx(1) and texture.shape == (1000, 2)
+    assert (texture[:, 0] == texture[:, 1]).all() and abs(texture[:, 0].mean()) < 1e-9
+    power = np.abs(np.fft.rfft(texture[500:, 0] * np.hanning(500))) ** 2
+    lines = np.add.outer(25 * np.arange(1, 10), (-1, 0, 1)).ravel()
+    assert power[lines].sum() > 0.8 * power.sum(), "multiples of 50 Hz: 100 mm/s over 2 mm"
+
+
+def test_short_teeth_go_on_to_the_end_of_a_path(draft):
+    parts.stick_slip(draft, 0.35, 0.1, 1.0)
+    late = draft.added[-100:]
+    assert late.std() == pytest.approx(1, rel=0.15) and late.min() < -1.3 and late.max() > 1.3
+
+
+def test_rows_are_judged_that_are_settled_and_fast():
+    made = replace(without_noise("const"), velocity_mm_s=np.linspace(0, 4, 2000))
+    assert np.flatnonzero(made.judged()).tolist() == list(range(1001, 2000))
+    assert np.flatnonzero(made.judged(0.0, 0.8)).tolist() == list(range(1600, 2000))
+
+
+def test_edges_reach_beyond_the_path_to_both_sides(draft):
+    """Gauges of the finger stand before and behind the path: the skin is there as well, in steps at random places."""
+    parts.felt_edges(draft, 0.1, 5.0, 0.02, 12.0)
+    assert np.isnan(draft.wavelength).all() and draft.texture[:, 0].std() == pytest.approx(1)
+    assert draft.texture[:50, 0].std() > 0.1 < draft.texture[-50:, 0].std()

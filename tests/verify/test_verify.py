@@ -6,6 +6,7 @@ A family must miss where something is wrong: a fault is put into what it compare
 import json
 import math
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from papilla.core.errors import InputError, MissingExtraError, SolverError
 from papilla.fem import press
 from papilla.fem.discrete.assembly import lame
 from papilla.mesh.cells import mean_ratio, volumes
+from papilla.mesh.layered import OUTER_LAYER
 from papilla.model.finger import Dome, Finger, Layer, Slab
 from papilla.model.specimen import HalfSpace
 from papilla.references import StackLayer, bonded_layer_sphere, hertz_sphere
@@ -288,6 +290,30 @@ def test_stored_presses_are_those_of_their_fingers():
             assert rows[:, 1:6] == pytest.approx(rows[:, 5:0:-1])
 
 
+def test_errors_are_relative_to_what_is_exact():
+    assert bodies.off(1.1, 1.0) == pytest.approx(0.1) and bodies.off(1.0, 1.1) == pytest.approx(1 / 11)
+    assert bodies.apart(np.array([1.0, 5.0]), np.array([1.5, 4.0])) == pytest.approx(1 / 4)
+
+
+def test_flat_bodies_have_their_layers_gauges_and_places():
+    """A coat of 1 mm on 3 mm, and a layer whose lower half is of another material."""
+    coat, below = Layer(10.0, 0.4), Layer(1.0, 0.4)
+    made = bodies.coated(coat, below, 1.0, 3.0, 6.0)
+    heights = np.unique(made.mesh.points[:, 2])
+    assert heights[[0, -1]] == pytest.approx([-4, 0]) and np.abs(heights + 1).min() < 1e-12
+    middle = made.mesh.points[made.mesh.tets].mean(axis=1)[:, 2]
+    assert ((middle > -1) == (made.mesh.layer == OUTER_LAYER)).all()
+    assert [made.finger.outer, made.finger.inner] == [coat, below]
+    for gauge, x in zip(bodies.bonded_layer(coat, 0.8, below, (0.0, 0.5)).finger.gauges, (0.0, 0.5), strict=True):
+        assert (gauge.x_mm, gauge.length_mm, gauge.backing_mm) == (x, 1.0, (2.0, 1.0))
+
+
+def test_vertices_of_a_shell_are_spread_evenly_along_its_sides():
+    made = shell(np.array([1.0, 2.0]), 6)
+    side = made.points[(made.points[:, 2] == 0) & (np.linalg.norm(made.points, axis=1) < 1.5)]
+    assert np.sort(np.degrees(np.arctan2(side[:, 1], side[:, 0]))) == pytest.approx(np.arange(0, 91, 15))
+
+
 # ---- The families
 
 
@@ -296,6 +322,39 @@ def test_the_self_test_of_an_installation_passes(monkeypatch, tmp_path):
     cases = self_test()
     assert len(cases) > 4 and missed(cases) == []
     assert not [path for path in tmp_path.iterdir() if "reduced" in path.name], "the finger is reduced anew each time"
+
+
+@pytest.mark.parametrize(
+    "name, count, first, measure, share",
+    [
+        ("patch", 11, "constant strain, Taylor-Hood, nu 0.3", "displacement inside", 0.01),
+        ("invariance", 21, "reciprocity of gauge rows", "adjoint rows", 0.260),
+        ("sliding", 8, "sinusoidal indenter", "share in contact", 0.474),
+        ("layer", 3, "sphere on incompressible layer, chi 0.19, force", "force at given", 0.067),
+        ("incompressible", 2, "bonded layer, nu 0.49, force", "force at given", 0.207),
+        ("contrast", 3, "modulus contrast 0.001, force", "force at given", 0.115),
+        ("moved", 4, "dome of revolution, 10 gf, S_d", "S_d on a moved mesh", 0.286),
+        ("revolution", 5, "0.05 MPa, 5 gf, S_d", "S_d against axisymmetric rings", 0.678),
+        ("slivers", 4, "66 slivers", "S_d at 30 gf", 0.017),
+        ("identification", 2, "least chi-square, 15 presses", "above what Minuit's", None),
+    ],
+)  # fmt: skip
+def test_the_first_cases_of_a_family_are_where_they_were(name, count, first, measure, share):
+    """The worst error, in units of its bound, is the discretisation's: neither 0 nor close to a miss."""
+    if name == "identification":
+        pytest.importorskip("iminuit")
+    cases = list(islice(CASE_FAMILIES[name](), count))
+    assert len(cases) == len({case.what for case in cases}) == count and missed(cases) == []
+    assert cases[0].what.startswith(first) and cases[0].cause.startswith(measure)
+    assert all(case.value >= 0 and "against" not in case.what for case in cases)
+    if share is not None:
+        worst = max(case.value / case.bound for case in cases if case.bound)
+        assert 0 < worst <= 1.2 * share and (worst >= share / 1.2 or name == "patch")
+
+
+def test_a_manufactured_solution_converges_at_its_order():
+    cases = list(islice(CASE_FAMILIES["manufactured"](), 8))
+    assert missed(cases) == [] and len({case.what for case in cases}) == 8
 
 
 @pytest.mark.slow
