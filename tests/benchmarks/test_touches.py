@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from estimator_fixtures import calibration as calibration
 from estimator_fixtures import five as five
 from estimator_fixtures import make as make
 
@@ -13,25 +14,25 @@ from papilla.model.finger import Finger
 
 
 @pytest.fixture
-def calibration(five):
+def made_up(five):
     return five(0.002)
 
 
 @pytest.mark.slow
-def test_noise_alone_is_measured_against_its_bound(calibration):
+def test_noise_alone_is_measured_against_its_bound(made_up):
     steps = []
     known = {"touches": ("noise alone",), "methods": ("all gauges", "S_d alone"), "seeds": range(100, 124)}
-    five, alone = touches.feel(calibration, Finger.default(), **known, progress=steps.append)
+    five, alone = touches.feel(made_up, Finger.default(), **known, progress=steps.append)
     assert (five.method, alone.method) == known["methods"] and steps == ["softness"]
     assert five.answered == 1 and five.trials == 24 and 0.6 < five.over_bound < 1.5 and 0.6 < five.over_sigma < 1.5
     assert alone.over_bound > 10, "the S_d of this made-up finger is not that of its gauges"
     force = touches.forces()[touches.AIR :]
-    by_sd, by_gauges = (touches.bound(calibration, 0.1, force, by_sd) for by_sd in (True, False))
+    by_sd, by_gauges = (touches.bound(made_up, 0.1, force, by_sd) for by_sd in (True, False))
     assert by_gauges < 0.8 * by_sd
-    assert touches.bound(calibration, 0.1, np.tile(force, 4), False) == pytest.approx(by_gauges / 2)
+    assert touches.bound(made_up, 0.1, np.tile(force, 4), False) == pytest.approx(by_gauges / 2)
 
 
-def test_rows_of_known_trials(calibration):
+def test_rows_of_known_trials(made_up):
     moduli, bounds = np.full(4, 0.5), np.full(4, 0.01)
     errors, ok = np.array([0.01, 0.3, 0.03, 0.5]), [1.0, 1.0, 1.0, 0.0]
     found = np.column_stack([0.5 * np.exp(errors), 0.02 * 0.5 * np.exp(errors), ok])
@@ -42,7 +43,7 @@ def test_rows_of_known_trials(calibration):
     near = np.column_stack([0.5 * np.exp(errors / 10), 0.001 * np.ones(4), ok])
     assert touches.row_of("nothing", "x", near, moduli, bounds).false_confident == 0, "off by less than 5 %"
     with pytest.raises(InputError, match="trials must be at least 2, got 1"):
-        touches.feel(calibration, Finger.default(), seeds=(100,))
+        touches.feel(made_up, Finger.default(), seeds=(100,))
     nothing = touches.row_of("nothing", "x", np.full((4, 3), np.nan), moduli, bounds)
     assert nothing.answered == nothing.false_confident == 0 and math.isnan(nothing.rms + nothing.covered)
 
