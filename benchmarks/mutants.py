@@ -447,6 +447,7 @@ def main() -> None:
     parser.add_argument("--list", action="store_true", help="show the mutants and run nothing")
     chosen = parser.parse_args()
     os.environ |= {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")}
+    os.environ.pop("PAPILLA_TEST_CACHE", None)  # Each fault has a cache of its own
     for package in chosen.packages:
         plan = drawn(package, chosen.count, chosen.seed)
         if chosen.list:
