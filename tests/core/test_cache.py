@@ -134,7 +134,7 @@ ADDED = (None, "EDITED = 1\n")
 WORDS = [
     ("# Flat faces are searched", "# Flat faces are sought"),
     ('"""A new mesh from the mesher', '"""A fresh mesh from the mesher'),
-    ("REACH = 3.0", "REACH = (\n    3.0\n)"),
+    ("REACH_ENVELOPES = 3.0", "REACH_ENVELOPES = (\n    3.0\n)"),
 ]
 """A comment, docstrings of a module, a function and a constant, and formatting."""
 
