@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import pytest
 
 from papilla import fem
-from papilla.mesh import build
+from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block
 from papilla.view import render
@@ -25,14 +25,25 @@ class Scene:
     field: fem.Field
 
 
-@pytest.fixture(scope="session")
-def scene() -> Scene:
-    """0.588 N on a 10 mm block of 0.51 MPa, on a coarse mesh."""
+def pressed(size_mm: float) -> Scene:
+    """0.588 N on a 10 mm block of 0.51 MPa, on a mesh of some element size."""
     finger, specimen = Finger.default(), Block(0.51, 10)
-    model = fem.FingerModel(finger, build(finger, size_mm=SIZE_MM))
-    reduced = fem.prepare(finger, size_mm=SIZE_MM)
+    model = fem.FingerModel(finger, build(finger, size_mm=size_mm))
+    reduced = fem.prepare(finger, size_mm=size_mm)
     press = fem.press(reduced, specimen, force=0.588, fidelity="contact")
     return Scene(finger, model, reduced, specimen, press, fem.recover(model, reduced, press))
+
+
+@pytest.fixture(scope="session")
+def scene() -> Scene:
+    """The press on a coarse mesh."""
+    return pressed(SIZE_MM)
+
+
+@pytest.fixture(scope="session")
+def fine_scene() -> Scene:
+    """The press on the default mesh."""
+    return pressed(DEFAULT_SIZE_MM)
 
 
 @pytest.fixture(params=[pytest.param("vtk", marks=pytest.mark.slow), "matplotlib"])

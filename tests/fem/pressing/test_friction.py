@@ -109,20 +109,21 @@ def random_problem(seed, n=9) -> ContactProblem:
     return ContactProblem(root @ root.T / n, rng.uniform(0.5, 1.5, n), rng.uniform(0, 3, n), np.zeros((2, n), bool))
 
 
-@pytest.mark.parametrize("seed", range(8))
-def test_paths_of_random_bodies_hold_the_laws_or_say_so(seed):
+@pytest.mark.parametrize("friction", [STICK, 0.3])
+def test_paths_of_random_bodies_hold_the_laws_or_say_so(friction):
     """Strongly coupled bodies let nodes go again; where no state of stick follows, an error says so."""
-    problem = random_problem(seed)
-    for friction in (STICK, 0.3):
+    states = 0
+    for problem in map(random_problem, range(8)):
         path = LoadingPath(problem, friction)
         try:
             path.at(indentation=4.0)
         except SolverError:
             continue
-        for depth in np.linspace(0.2, 4.0, 20):
-            state = path.at(indentation=depth)
+        for state in (path.at(indentation=depth) for depth in np.linspace(0.2, 4.0, 20)):
             if state is not None:
                 check_state(problem, state, friction)
+                states += 1
+    assert states >= 20, "most paths are refused"
 
 
 def test_friction_takes_energy_and_never_gives_it(disc):
