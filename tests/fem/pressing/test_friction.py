@@ -28,10 +28,13 @@ def sphere(disc):
     return disc(3.0, 20, paraboloid)
 
 
-def bodies_on(patch, specimen) -> ContactProblem:
-    """A specimen against a rigid finger."""
+def bodies_on(patch, specimen, finger=None) -> ContactProblem:
+    """A specimen against a rigid finger, or against a half-space, which is turned over: its coupling changes sign."""
     n = len(patch.xy)
     compliance = specimen.traction_compliance(PatchSurface(patch))
+    if finger is not None:
+        turned = np.repeat([1.0, -1.0, -1.0], n)
+        compliance = compliance + turned[:, None] * finger.traction_compliance(PatchSurface(patch)) * turned
     fixed = (patch.xy == 0).T if len(patch.images) == 4 else np.zeros((2, n), dtype=bool)
     return ContactProblem(compliance, patch.mass, patch.gap, fixed)
 
@@ -51,6 +54,28 @@ def check_state(problem, state, friction):
     assert np.abs(gap[p > 0]).max() < 1e-9 * scale
     if math.isfinite(friction):
         assert (q <= friction * p * (1 + 1e-8) + 1e-12 * p.max()).all()
+
+
+@pytest.mark.parametrize("friction", [STICK, *(pytest.param(mu, marks=pytest.mark.slow) for mu in (0.4, 0.2, 0.1))])
+def test_flat_punch_is_mossakovskii_s_and_spence_s(disc, friction):
+    """Against the frictionless punch on the same patch, whose edge is as coarse."""
+    patch, nu = disc(1.0, 16), 0.3
+    problem, n = bodies_on(patch, HalfSpace(1.0, nu)), len(patch.xy)
+    smooth = ContactProblem(problem.compliance[:n, :n], problem.mass, problem.gap)
+    plain = contact_step(smooth, first_touch(smooth), indentation=0.01)
+    state = LoadingPath(problem, friction).at(indentation=0.01)
+    expected = frictional_punch(dundurs_beta(1.0, nu), friction)
+    assert state.force / plain.force == pytest.approx(expected.force_factor, rel=1.5e-3)
+    check_state(problem, state, friction)
+
+
+def test_dissimilar_half_spaces_feel_dundurs_beta_alone(disc):
+    patch, one, other = disc(3.0, 16, paraboloid), (1.0, 0.1), (2.0, 0.45)
+    expected = frictional_punch(dundurs_beta(*one, *other), 0.2)
+    force, depth = expected.sphere(2.0, RADIUS, effective_modulus(*one, *other))
+    state = LoadingPath(bodies_on(patch, HalfSpace(*one), HalfSpace(*other)), 0.2).at(indentation=depth)
+    assert 4 * state.force == pytest.approx(force, rel=2e-3)
+    assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=0.02)
 
 
 @pytest.mark.parametrize("friction, nu", [(STICK, 0.0), (STICK, 0.3), (STICK, 0.45), (0.2, 0.3), (0.1, 0.3)])
