@@ -155,9 +155,9 @@ def test_axes_show_what_the_panel_holds():
     assert [tick.get_text() for tick in left.get_xticklabels()] == ["u", "v", "w"] and left.get_ylim() == (0, 9)
     assert (left.get_title(loc="left"), left.get_xlabel(), left.get_ylabel()) == ("heights", "who", "share")
     line, true, printed, following = right.lines
-    assert [to_hex(one.get_color()) for one in (line, true, following)] == [
+    assert [to_hex(curve.get_color()) for curve in (line, true, following)] == [
         style.ACCENT_COLORS[0], to_hex(style.INK_COLOR), style.ACCENT_COLORS[1]]  # fmt: skip
-    assert [one.get_linestyle() for one in (line, true, printed)] == ["-", "--", "None"]
+    assert [curve.get_linestyle() for curve in (line, true, printed)] == ["-", "--", "None"]
     assert (printed.get_marker(), printed.get_markerfacecolor(), line.get_marker()) == ("D", "white", "None")
     np.testing.assert_array_equal(line.get_xydata(), np.column_stack([X, np.sin(X)]))
     assert right.get_xscale() == "log" and right.get_yscale() == "linear" and right.get_aspect() == 1
@@ -268,18 +268,18 @@ QUICK = [
 
 @pytest.mark.parametrize("make", QUICK, ids=lambda make: make.__name__)
 def test_a_quick_figure_holds_texts_and_numbers_in_their_places(make):
-    made = Picture.unpacked(make().packed())
+    drawn = Picture.unpacked(make().packed())
     quantities = {("time, s", "output"), ("time, s", "frequency, Hz"), ("run", "frequency, Hz")}
-    for panel in made.panels:
+    for panel in drawn.panels:
         if "mean f_MP" not in panel.x_label and make is not paper_textiles.roughness:
             assert (panel.x_label, panel.y_label) in quantities and panel.title not in ("", panel.x_label)
         assert all(curve.x.shape == curve.y.shape and np.isfinite(curve.y).all() for curve in panel.curves)
         if panel.shade is not None:
             assert panel.shade.value.shape == (len(panel.shade.y), len(panel.shade.x)) == panel.shade.over.shape
             assert panel.shade.value.max() <= 1 and panel.log == "y" and panel.shade.label == "power over its greatest"
-    if made.table is not None:
-        assert all(len(row) == len(made.table.heads) for row in made.table.rows)
-    NUMBERS.get(make.__name__, lambda made: None)(made)
+    if drawn.table is not None:
+        assert all(len(row) == len(drawn.table.heads) for row in drawn.table.rows)
+    NUMBERS.get(make.__name__, lambda drawn: None)(drawn)
 
 
 def numbers(text: str) -> list[float]:
@@ -292,10 +292,10 @@ def line_of(curve: Curve, frequency_Hz: float, begin_s: float, end_s: float) -> 
     return 2 * np.mean(curve.y[inside] * np.exp(-2j * np.pi * frequency_Hz * curve.x[inside]))
 
 
-def of_passive_record(made: Picture) -> None:
+def of_passive_record(drawn: Picture) -> None:
     """S1 and S2 in phase, S4 2.36 mm along the path behind; nothing but noise at rest."""
-    assert [panel.x_range for panel in made.panels] == [(0.0, 3.5), (1.75, 2.25)] and made.columns == 2
-    fourth, first, second = made.panels[0].curves
+    assert [panel.x_range for panel in drawn.panels] == [(0.0, 3.5), (1.75, 2.25)] and drawn.columns == 2
+    fourth, first, second = drawn.panels[0].curves
     assert [fourth.label, first.label, second.label] == ["P1S4", "P1S1", "P1S2"] and first.x[300] == 1.0
     for speed, begin, end in ((10 / 1.5, 0.56, 1.928), (10.0, 2.04, 2.952)):  # Whole periods
         lines = [line_of(curve, speed / 0.48, begin, end) for curve in (fourth, first, second)]
@@ -303,12 +303,12 @@ def of_passive_record(made: Picture) -> None:
         assert lines[0] / lines[1] == approx(np.exp(-2j * np.pi * 2.36 / 0.48), abs=0.05)
     for rest in (slice(0, 149), slice(901, None)):
         assert first.y[rest].std() == approx(0.1, rel=0.25) and not np.array_equal(first.y, second.y)
-    assert numbers(made.found)[-2] == round(np.degrees(np.angle(np.exp(2j * np.pi * 2.36 / 0.48))))
+    assert numbers(drawn.found)[-2] == round(np.degrees(np.angle(np.exp(2j * np.pi * 2.36 / 0.48))))
 
 
-def of_passive_maps(made: Picture) -> None:
-    assert numbers(re.sub("P1S.", "", made.found))[:2] == approx([13.89, 20.83], abs=0.1)
-    for panel, paired in zip(made.panels, (False, False, False, True, True), strict=True):
+def of_passive_maps(drawn: Picture) -> None:
+    assert numbers(re.sub("P1S.", "", drawn.found))[:2] == approx([13.89, 20.83], abs=0.1)
+    for panel, paired in zip(drawn.panels, (False, False, False, True, True), strict=True):
         assert (panel.shade.phase is not None) == paired and panel.shade.value.max() > 0.99
         assert (panel.shade.x[0], panel.shade.x[-1]) == approx((1.5, 2.5), abs=0.004)
         assert np.log2(panel.shade.y[1:] / panel.shade.y[:-1]) == approx(0.03) and panel.shade.y[0] == 8
@@ -320,60 +320,64 @@ def of_passive_maps(made: Picture) -> None:
             assert 0.05 < panel.shade.over[:, column].mean() < 0.6
 
 
-def of_active_maps(made: Picture) -> None:
-    for panel in made.panels[3:]:
+def of_active_maps(drawn: Picture) -> None:
+    for panel in drawn.panels[3:]:
         (at,) = panel.curves
         assert at.x[0] == at.x[1] == approx(panel.shade.x[panel.shade.value.max(axis=0).argmax()], abs=0.004)
         assert (at.label, at.y[0], at.origin) == ("t_MP", 8.0, "papilla") and at.y[1] == approx(120, rel=0.01)
-    _, low, high, least, most, *_ = numbers(re.sub("P1S.", "", made.found).replace("f_MP in the 67", "67"))
+    _, low, high, least, most, *_ = numbers(re.sub("P1S.", "", drawn.found).replace("f_MP in the 67", "67"))
     assert 45 < least < low < most < high < 66
-    assert all(not panel.curves and panel.shade.phase is None for panel in made.panels[:3])
+    assert all(not panel.curves and panel.shade.phase is None for panel in drawn.panels[:3])
 
 
-def of_three_gratings(made: Picture) -> None:
-    assert [panel.title for panel in made.panels] == ["400 µm", "440 µm", "480 µm"]
-    assert all(panel.x_range == approx((0.42, 0.53)) for panel in made.panels)
+def of_three_gratings(drawn: Picture) -> None:
+    assert [panel.title for panel in drawn.panels] == ["400 µm", "440 µm", "480 µm"]
+    assert all(panel.x_range == approx((0.42, 0.53)) for panel in drawn.panels)
     expected = np.degrees(np.angle(np.exp(2j * np.pi * 2.36 / np.array([0.40, 0.44, 0.48]))))
-    assert numbers(made.found.split("equation (4):")[1])[:3] == expected.round().tolist()
+    assert numbers(drawn.found.split("equation (4):")[1])[:3] == expected.round().tolist()
 
 
-def of_every_run(made: Picture) -> None:
+def of_every_run(drawn: Picture) -> None:
     gaps = []
-    for panel in made.panels:
+    for panel in drawn.panels:
         *samples, means = panel.curves
-        assert means.x.tolist() == [*range(1, 25)] and means.color == -1 and [one.color for one in samples] == [0, 1, 2]
-        assert [one.label for one in samples] == ["400 µm", "440 µm", "480 µm"]
+        assert (
+            means.x.tolist() == [*range(1, 25)]
+            and means.color == -1
+            and [curve.color for curve in samples] == [0, 1, 2]
+        )
+        assert [curve.label for curve in samples] == ["400 µm", "440 µm", "480 µm"]
         every = np.concatenate([curve.y.reshape(8, 20) for curve in samples])
         assert np.concatenate([curve.x for curve in samples]).tolist() == np.repeat(means.x, 20).tolist()
         np.testing.assert_allclose(means.y, every.mean(axis=1))
         levels = means.y.reshape(3, 8)
         gaps += [levels[0].min() - levels[1].max(), levels[1].min() - levels[2].max()]
-    assert numbers(made.found)[-1] == approx(min(gaps), abs=0.051) and min(gaps) > 0.5
+    assert numbers(drawn.found)[-1] == approx(min(gaps), abs=0.051) and min(gaps) > 0.5
 
 
-def of_clusters(made: Picture) -> None:
+def of_clusters(drawn: Picture) -> None:
     """The ellipse is where the distance by the covariance is 1."""
     centres = []
-    for points, edge in zip(*(made.panels[0].curves[k::2] for k in (0, 1)), strict=True):
+    for points, edge in zip(*(drawn.panels[0].curves[k::2] for k in (0, 1)), strict=True):
         cloud = np.array([points.x, points.y])
         off = np.array([edge.x, edge.y]) - cloud.mean(axis=1)[:, None]
         assert np.sum(off * np.linalg.solve(np.cov(cloud), off), axis=0) == approx(1) and len(edge.x) > 30
         assert points.look == "points" and points.color == edge.color
         centres.append(cloud[0].mean())
-    assert numbers(made.found)[:3] == approx(centres, abs=0.051) and np.all(np.diff(centres) < -2)
+    assert numbers(drawn.found)[:3] == approx(centres, abs=0.051) and np.all(np.diff(centres) < -2)
 
 
-def of_textiles(made: Picture) -> None:
+def of_textiles(drawn: Picture) -> None:
     """The strong period is felt at about 25 mm/s, and the nap has none."""
-    tops = [panel.shade.y[panel.shade.value.max(axis=1).argmax()] for panel in made.panels]
-    assert numbers(made.found) == approx(np.round(tops)) and [panel.title[0] for panel in made.panels] == [*"ABCDE"]
+    tops = [panel.shade.y[panel.shade.value.max(axis=1).argmax()] for panel in drawn.panels]
+    assert numbers(drawn.found) == approx(np.round(tops)) and [panel.title[0] for panel in drawn.panels] == [*"ABCDE"]
     assert tops[:3] == approx(26 / np.array([0.35, 0.5, 0.7]), rel=0.2) and 25 < tops[3] < tops[2]
-    assert all(panel.shade.value.max() == 1 and 0 < panel.shade.over.mean() < 0.5 for panel in made.panels)
-    assert all((panel.shade.x[0], panel.shade.x[-1]) == approx((0.3, 0.65), abs=0.004) for panel in made.panels)
+    assert all(panel.shade.value.max() == 1 and 0 < panel.shade.over.mean() < 0.5 for panel in drawn.panels)
+    assert all((panel.shade.x[0], panel.shade.x[-1]) == approx((0.3, 0.65), abs=0.004) for panel in drawn.panels)
 
 
-def of_expected(made: Picture) -> None:
-    rows = made.table.rows
+def of_expected(drawn: Picture) -> None:
+    rows = drawn.table.rows
     assert [row[0] for row in rows] == ["400", "440", "480"] and [row[2] for row in rows] == ["", "", "13.9"]
     assert [row[4] for row in rows] == ["25", "", "20.8"]
     for row in rows:
@@ -383,29 +387,29 @@ def of_expected(made: Picture) -> None:
         )
 
 
-def of_passive_table(made: Picture) -> None:
-    for row in made.table.rows:
+def of_passive_table(drawn: Picture) -> None:
+    for row in drawn.table.rows:
         mean, sd, most, least = row[3:]
         assert mean == approx(1000 * float(row[1].split()[0]) / float(row[0].split()[0]), rel=0.008)
         assert mean - 4 * sd <= least <= mean <= most <= mean + 4 * sd and 0 <= sd < 0.01 * mean
-    worst = max(100 * row[4] / row[3] for row in made.table.rows)
-    assert len(made.table.rows) == 12 and numbers(made.found)[0] == approx(worst, abs=0.051)
+    worst = max(100 * row[4] / row[3] for row in drawn.table.rows)
+    assert len(drawn.table.rows) == 12 and numbers(drawn.found)[0] == approx(worst, abs=0.051)
 
 
-def of_active_table(made: Picture) -> None:
+def of_active_table(drawn: Picture) -> None:
     samples = [[curve.y.reshape(8, 20) for curve in panel.curves[:3]] for panel in paper_oddo.every_run().panels]
-    for number, row in enumerate(made.table.rows):
+    for number, row in enumerate(drawn.table.rows):
         of_runs = samples[number % 2][number // 2]
         ends = of_runs.max(axis=1).mean(), of_runs.min(axis=1).mean()
         assert row[2:] == approx((of_runs.mean(), of_runs.std(ddof=1), *ends), abs=1e-6)
-    worst = max(100 * row[3] / row[2] for row in made.table.rows)
-    assert numbers(made.found)[0] == approx(worst, abs=0.051) and 5 < worst < 12, "far more than in passive touch"
+    worst = max(100 * row[3] / row[2] for row in drawn.table.rows)
+    assert numbers(drawn.found)[0] == approx(worst, abs=0.051) and 5 < worst < 12, "far more than in passive touch"
 
 
-def of_fabrics(made: Picture) -> None:
+def of_fabrics(drawn: Picture) -> None:
     """Mass of an area: yarns of a length over their count (590.5 tex over it); frequency: 10 mm/s over the pitch."""
     counts = [(16, 16), (40, 32), (40, 40), (12, 8)]
-    for (_, yarns, printed, *weights, inch, metric), both in zip(made.table.rows, counts, strict=True):
+    for (_, yarns, printed, *weights, inch, metric), both in zip(drawn.table.rows, counts, strict=True):
         warp, weft = map(int, yarns.split(" x "))
         assert (float(weights[0]) == approx(float(printed), rel=0.07)) == (yarns != "65 x 100")
         for length, weight, hertz in ((INCH_MM, weights[0], inch), (100.0, weights[1], metric)):
@@ -413,15 +417,15 @@ def of_fabrics(made: Picture) -> None:
             assert numbers(hertz) == approx([10 * warp / length, 10 * weft / length], abs=0.51)
 
 
-def of_grid(made: Picture) -> None:
-    assert [row[1] for row in made.table.rows] == list(paper_textiles.PRINTED_BANDS)
-    assert [row[0] for row in made.table.rows] == [f"f{k} - f{k + 1}" for k in range(9)]
-    assert sum(row[3] for row in made.table.rows) == numbers(made.found)[0] == 11770
+def of_grid(drawn: Picture) -> None:
+    assert [row[1] for row in drawn.table.rows] == list(paper_textiles.PRINTED_BANDS)
+    assert [row[0] for row in drawn.table.rows] == [f"f{k} - f{k + 1}" for k in range(9)]
+    assert sum(row[3] for row in drawn.table.rows) == numbers(drawn.found)[0] == 11770
 
 
-def of_roughness(made: Picture) -> None:
+def of_roughness(drawn: Picture) -> None:
     """Yarns of the diameter of their count, over and under in turn, each with a height of its own, uneven by 15 %."""
-    rough, factors = made.panels[0].curves[0].y, []
+    rough, factors = drawn.panels[0].curves[0].y, []
     for number, weave in enumerate(paper_textiles.PRINTED_FABRICS.values()):
         made_up = paper_textiles.profile(weave, number)
         place, height = np.asarray(made_up.x_mm), np.asarray(made_up.height_mm)
@@ -434,7 +438,7 @@ def of_roughness(made: Picture) -> None:
             factors.append(height[inside][0] / form[inside][0])
     assert np.mean(factors) == approx(1, abs=0.06) and np.std(factors) == approx(0.15, rel=0.2)
     order = [str(1 + place) for place in np.argsort(rough)]
-    assert made.found == f"In rising order: {' < '.join(order)}." and made.panels[0].names == ("1", "2", "3", "4")
+    assert drawn.found == f"In rising order: {' < '.join(order)}." and drawn.panels[0].names == ("1", "2", "3", "4")
 
 
 NUMBERS = {name[3:]: check for name, check in globals().items() if name.startswith("of_")}

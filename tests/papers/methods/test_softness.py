@@ -136,8 +136,8 @@ def test_sigma_is_the_root_of_the_squares_of_what_each_error_changes(form):
         one(form).update(sample(sd + a, force + b)).modulus_MPa for a, b in ((0.5, 0), (-0.5, 0), (0, 0.01), (0, -0.01))
     ]
     expected = math.hypot((at[0] - at[1]) * 3.0 / 2.0, (at[2] - at[3]) / 0.02 * 0.7)
-    found = one(form, gauge_sigma=3.0, force_sigma_N=gf_to_newton(0.7)).update(sample(sd, force))
-    assert found.modulus_sigma_MPa == pytest.approx(expected, rel=1e-3)
+    answer = one(form, gauge_sigma=3.0, force_sigma_N=gf_to_newton(0.7)).update(sample(sd, force))
+    assert answer.modulus_sigma_MPa == pytest.approx(expected, rel=1e-3)
 
 
 def test_limits_of_force_and_modulus_are_those_of_the_printed_specimens(calibration):

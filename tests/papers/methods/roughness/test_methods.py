@@ -143,9 +143,9 @@ def test_only_lines_of_the_wavelength_range_count_when_corrected():
     for wavelength, inside in ((0.403, True), (0.397, False), (5.9, True), (6.4, False)):
         for method in (ShortTimeSpectrum, Okamoto):
             rows = np.column_stack([np.sin(2 * np.pi * 150.0 / wavelength * time), np.full(1200, 150.0)])
-            found = method(variant="corrected", window_s=0.4).process(rows)
-            assert np.isfinite(found.wavelength_mm[-1]) == inside, wavelength
-            assert not inside or found.wavelength_mm[-1] == pytest.approx(wavelength, rel=1e-3)
+            answer = method(variant="corrected", window_s=0.4).process(rows)
+            assert np.isfinite(answer.wavelength_mm[-1]) == inside, wavelength
+            assert not inside or answer.wavelength_mm[-1] == pytest.approx(wavelength, rel=1e-3)
 
 
 def test_a_sample_is_late_after_one_and_a_half_periods_and_a_duplicate_before_half(grating):
@@ -153,8 +153,8 @@ def test_a_sample_is_late_after_one_and_a_half_periods_and_a_duplicate_before_ha
     for step, statuses in ((0.46, "DUPLICATE"), (0.54, "OK"), (1.46, "OK"), (1.54, "GAP")):
         times = np.arange(800) / 1000
         times[600:] += (step - 1) / 1000
-        found = ImpulseDensity().process(np.column_stack([rows, times])).sentence[600]
-        assert found == RoughnessStatus[statuses].sentence, step
+        answer = ImpulseDensity().process(np.column_stack([rows, times])).sentence[600]
+        assert answer == RoughnessStatus[statuses].sentence, step
     reading = np.column_stack([10.0 * np.sin(np.arange(400.0)), np.full(400, 90.0)])
     reading[350, 0], reading[351, 0] = 11.0, -10.999
     assert ImpulseDensity(saturation=11.0).process(reading).status[350:352].tolist() == [

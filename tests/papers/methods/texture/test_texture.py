@@ -113,13 +113,13 @@ def test_concordance_of_a_published_comparison():
 def test_the_interval_is_that_of_the_published_variance(level, shift):
     """Lin 1989 as corrected in 2000, written with the squares of r below the line."""
     x, y = np.array(LARGE, float), np.array(MINI, float) + shift
-    found, r = concordance(x, y, level), np.corrcoef(x, y)[0, 1]
-    u, c = (x.mean() - y.mean()) / np.sqrt(x.std() * y.std()), found.coefficient
+    answer, r = concordance(x, y, level), np.corrcoef(x, y)[0, 1]
+    u, c = (x.mean() - y.mean()) / np.sqrt(x.std() * y.std()), answer.coefficient
     terms = (1 - r**2) * c**2 / r**2 / (1 - c**2), 2 * c**3 * (1 - c) * u**2 / r / (1 - c**2) ** 2
     sd = np.sqrt((sum(terms) - c**4 * u**4 / (2 * r**2) / (1 - c**2) ** 2) / (len(x) - 2))
     half = norm.ppf(0.5 + level / 2) * sd
-    assert (found.low, found.high) == pytest.approx(tuple(np.tanh(np.arctanh(c) + np.array([-half, half]))))
-    assert (found.correlation, found.count) == (pytest.approx(r), 17)
+    assert (answer.low, answer.high) == pytest.approx(tuple(np.tanh(np.arctanh(c) + np.array([-half, half]))))
+    assert (answer.correlation, answer.count) == (pytest.approx(r), 17)
     assert concordance(x, -x).coefficient == pytest.approx(concordance(-x, x).coefficient)
     assert concordance(x[:4], y[:4]).count == 4
 
@@ -129,14 +129,14 @@ def test_the_best_bands_are_those_of_all_bands_tried_one_by_one():
     records, scores = rng.standard_normal((2000, 4)), rng.uniform(0.3, 1.0, 4)
     cut = np.array(random_bands(1, 8))
     assert cut[:, 0].tolist() == [*range(1, 10)] and cut[0, 1] == 0 and (cut[1:, 1] == cut[:-1, 2]).all()
-    each = np.array([band_amplitudes(records, RATE, [low, high])[0] for _, low, high in bands])
-    agreed = [concordance(one / one.max(), scores / scores.max()).coefficient for one in each]
-    found, loudest = matching_band(records, RATE, scores, bands), best_band(records, RATE, bands)
-    assert (found.number, found.low_Hz, found.high_Hz) == bands[np.argmax(agreed)]
-    assert found.agreement.coefficient == pytest.approx(max(agreed))
-    assert found.amplitude == pytest.approx(each[np.argmax(agreed)].mean())
-    assert (loudest.number, loudest.low_Hz, loudest.high_Hz) == bands[each.mean(axis=1).argmax()]
-    assert loudest.amplitude == pytest.approx(each.mean(axis=1).max())
+    every = np.array([band_amplitudes(records, RATE, [low, high])[0] for _, low, high in bands])
+    agreed = [concordance(amplitude / amplitude.max(), scores / scores.max()).coefficient for amplitude in every]
+    answer, loudest = matching_band(records, RATE, scores, bands), best_band(records, RATE, bands)
+    assert (answer.number, answer.low_Hz, answer.high_Hz) == bands[np.argmax(agreed)]
+    assert answer.agreement.coefficient == pytest.approx(max(agreed))
+    assert answer.amplitude == pytest.approx(every[np.argmax(agreed)].mean())
+    assert (loudest.number, loudest.low_Hz, loudest.high_Hz) == bands[every.mean(axis=1).argmax()]
+    assert loudest.amplitude == pytest.approx(every.mean(axis=1).max())
     assert best_band(records[:, 0], 1000.0, bands).amplitude > 0 and Band(0.0, 10.0, 1, 1.0).corner
     for low, high, number, corner in ((3.0, 53.0, 4, True), (3.0, 48.0, 4, False), (4.0, 54.0, 4, False)):
         assert (
