@@ -72,6 +72,8 @@ def test_crossings_by_hand():
             expected.append(float(over and not was))
         fired = [*map(UpwardCrossings(80, threshold, 1000.0, 10.0).fire, readings.tolist())]
         assert fired == expected and 25 < sum(fired) < 200
+    for method, samples in ((ImpulseDensity, 200), (ImpulseInterval, 200), (ZeroCrossing, 80)):
+        assert {method(variant=variant).window_samples for variant in ("as_printed", "corrected")} == {samples}
     assert Corpuscle.PRINTED == (1.5, 1.5) and pytest.approx((1.2, 0.96)) == Corpuscle.CORRECTED
     assert UpwardCrossings.PRINTED == (0.0, 0.0) and UpwardCrossings.CORRECTED == (0.0, -0.7)
 
