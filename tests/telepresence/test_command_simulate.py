@@ -1,12 +1,17 @@
 """`papilla telepresence simulate` on short runs: what its options change, what is written, what is refused."""
 
 import json
+import math
+import re
 
 import numpy as np
 import pytest
 from spring_calibration import calibration
 
 from papilla.core.errors import InputError
+from papilla.logs import read_time_log
+from papilla.telepresence import GratingTexture, HandMotion, LinkModel, Measured, RecordedTexture, Set, SideBySide, run
+from papilla.telepresence.cli.commands import LinkOptions
 from papilla.telepresence.cli.options import SoftOptions
 
 SHORT = ("telepresence", "simulate", "--seconds", 2, "--round-trip-sd-ms", 0)
@@ -33,6 +38,122 @@ def test_local_feedback_has_no_lag_and_direct_feedback_that_of_the_link(papilla,
     assert str(trip_ms) in (tmp_path / "play.html").read_text(encoding="utf-8")
     again = json.loads(papilla(*SHORT, *options, "--json").out)
     assert again == found, "of its seed"
+
+
+def rows_match(path, record):
+    """Whether the table of a run has the numbers of its record, a row per ms."""
+    columns = {
+        "t_s": record.time_s, "position_mm": record.hand_mm, "local_um": record.local_um, "direct_um": record.direct_um,
+        "local_wavelength_mm": record.wavelength_mm, "direct_wavelength_mm": record.direct_mm,
+        "true_wavelength_mm": record.truth_mm, "round_trip_ms": record.round_trip_ms,
+    }  # fmt: skip
+    rows = np.genfromtxt(path, delimiter=",", names=True)
+    return all(np.allclose(rows[name], values, rtol=1e-9, equal_nan=True) for name, values in columns.items())
+
+
+def measures(record):
+    """Each measure of a record by display, as the command names them."""
+    felt = {name: record.felt(name) for name in ("local", "direct")}
+    numbers = {(key, name): getattr(record, key)(name) for key in ("lag_ms", "stale_ms", "change_ms") for name in felt}
+    numbers |= {("wavelength_error", name): one.error for name, one in felt.items()}
+    return numbers | {("silent", name): one.silent for name, one in felt.items()}
+
+
+def test_without_options_it_is_the_touch_of_the_paper_and_the_table_prints_its_measures(papilla, tmp_path):
+    answer = papilla("telepresence", "simulate", "--seconds", 2.5, "--out", "shown.csv")
+    assert answer.code == 0, answer.err
+    # The greatest speed and the rate of section 4.1.1, and all of the delay on the way back
+    hand, late = HandMotion(197.0, 1.07, press_N=0.5), LinkModel(120.0, 40.0)
+    record = run(Set(GratingTexture(1.2, 50.0), hand, 2.5, LinkModel(), late, 3.5, 1, 50.0, 0))
+    assert rows_match(tmp_path / "shown.csv", record)
+    printed = {}
+    for line in answer.out.splitlines():
+        cells = [cell.strip() for cell in line.split("\u2502")]
+        if len(cells) == 5:
+            printed[cells[1]] = tuple(cells[2:4])
+    assert printed.pop("round trip") == (f"{record.late_ms:.1f}", "ms")
+    value, truth = printed.pop("wavelength_mm")
+    line = record.messages[-1].lines[0].wavelength
+    assert value == f"{line.value:.4g} ± {line.sigma:.2g} (ok)" and truth == "true 1.2"
+    numbers, expected = measures(record), {}
+    for name in ("local", "direct"):
+        expected[f"lag behind the hand, {name}"] = f"{numbers['lag_ms', name]:.1f}", "ms"
+        expected[f"wavelength error, {name}"] = f"{100 * numbers['wavelength_error', name]:.2f}", "%"
+        expected[f"silent, {name}"] = f"{100 * numbers['silent', name]:.1f}", "%"
+        expected[f"sent down, {name}"] = f"{record.bytes_per_s[name]:.0f}", "bytes/s"
+    assert printed == expected, "no crossings, so nothing is said of them"
+    for name in ("local", "direct"):
+        shares = {f"{name}, {100 * share:.1f} % of the time: {what}" for what, share in record.statuses(name).items()}
+        said = {line for line in answer.err.splitlines() if line.startswith(name)}
+        assert said == {one for one in shares if not one.endswith(": ok")}
+
+
+def test_all_options_reach_the_scene_and_all_measures_the_answer(papilla, tmp_path):
+    link = {"jitter_ms": 1.0, "loss": 0.04, "reordering": 0.05, "duplication": 0.06, "bandwidth_bytes_s": 120_000.0}
+    options = [("round-trip-ms", 90), ("round-trip-sd-ms", 12), ("uplink-share", 0.36), ("bandwidth", 120_000)]
+    options += [(name.replace("_", "-"), link[name]) for name in ("jitter_ms", "loss", "reordering", "duplication")]
+    options += [("wavelength", 1.5), ("second-wavelength", 2.2), ("amplitude", 60), ("noise", 2), ("components", 2)]
+    options += [("speed", 130), ("strokes", 0.8), ("force", 0.4), ("parameters-rate", 40), ("seed", 7), ("seconds", 2)]
+    written = ("--out", "shown.csv", "--html", "play.html", "--json")
+    answer = papilla(
+        "telepresence", "simulate", *(part for name, value in options for part in (f"--{name}", value)), *written
+    )
+    assert answer.code == 0, answer.err
+    # Variances of both ways add up to that of the round trip
+    up, down = (LinkModel(share * 90, math.sqrt(share) * 12, **link) for share in (0.36, 0.64))
+    hand = HandMotion(130.0, 0.8, press_N=0.4)
+    texture = SideBySide(GratingTexture(1.5, 60.0), GratingTexture(2.2, 60.0), 0.5 * hand.length_mm)
+    record = run(Set(texture, hand, 2.0, up, down, 2.0, 2, 40.0, 7))
+    assert rows_match(tmp_path / "shown.csv", record)
+    found = json.loads(answer.out)
+    assert record.lost["local"] > 0 and {key: found[key] for key in ("lost", "bytes_per_s")} == {
+        "lost": record.lost, "bytes_per_s": record.bytes_per_s
+    }  # fmt: skip
+    assert found["bytes_per_s_with_headers"] == record.with_headers and found["lag_ms"]["round_trip"] == record.late_ms
+    for (key, name), number in measures(record).items():
+        assert found[key][name] == (None if math.isnan(number) else pytest.approx(number)), (key, name)
+    assert found["status"] == {name: pytest.approx(record.statuses(name)) for name in ("local", "direct")}
+    line = record.messages[-1].lines[0].wavelength
+    wavelength = {"value": line.value, "sigma": line.sigma, "status": "ok", "true": record.truth_mm[-1]}
+    assert found["told"]["wavelength_mm"] == wavelength
+    page = json.loads(re.search(r"SETTINGS = (\{.*\});", (tmp_path / "play.html").read_text(encoding="utf-8"))[1])
+    strongest = next(one.components for one in reversed(record.messages) if one is not None and one.lines)[0]
+    expected = {"wavelength_mm": 1.5, "round_trip_ms": 90.0, "loss": 0.04, "strokes_Hz": 0.8}
+    expected |= {"length_mm": hand.length_mm, "bytes_local": record.bytes_per_s["local"] / 40}
+    expected |= {"bytes_direct": record.bytes_per_s["direct"] / 1000}
+    expected |= {"amplitude_um": min(27.5, Measured()(1.0, strongest.amplitude_microstrain))}
+    assert {name: page[name] for name in expected} == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("strokes", [0, 2])
+def test_a_hand_starts_so_that_its_path_lies_in_the_middle_of_a_recorded_texture(papilla, tmp_path, strokes):
+    time = np.arange(2000) / 1000
+    rows = np.column_stack([time, 40 * np.sin(2 * np.pi * 30 * time / 1.5), 5 + 30 * time])
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="t_s,g1,position_mm", comments="")
+    options = ("--log", "log.csv", "--speed", 20, "--strokes", strokes, "--seconds", 2, "--round-trip-sd-ms", 0)
+    assert papilla("telepresence", "simulate", *options, "--out", "shown.csv").code == 0
+    path = 40.0 if strokes == 0 else 20.0 / (2 * math.pi)
+    place = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True)["position_mm"]
+    low, high = RecordedTexture.of_log(read_time_log(tmp_path / "log.csv")).reach_mm
+    assert place[0] == pytest.approx(0.5 * (low + high - path)) and np.ptp(place) == pytest.approx(path, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    "name, low, high", [("round_trip_ms", 0, 10_000), ("round_trip_sd_ms", 0, 10_000), ("uplink_share", 0, 1)]
+)
+def test_both_ends_of_the_ranges_of_a_link_are_taken_and_what_lies_beyond_is_not(name, low, high):
+    plain = dict.fromkeys(("round_trip_ms", "round_trip_sd_ms", "uplink_share", "jitter_ms", "loss"), 0.5)
+    plain |= {"reordering": 0.0, "duplication": 0.0, "bandwidth": None}
+    for limit in (low, high):
+        up, down = LinkOptions(**plain | {name: limit}).ways()
+        assert up.bandwidth_bytes_s == math.inf and up.loss == down.loss == 0.5
+        assert up.one_way_ms + down.one_way_ms == (limit if name == "round_trip_ms" else 0.5)
+        assert math.hypot(up.one_way_sd_ms, down.one_way_sd_ms) == pytest.approx(
+            limit if name == "round_trip_sd_ms" else 0.5
+        )
+    for beyond in (low - 0.01, high + 0.01):
+        with pytest.raises(InputError, match=f"--{name.replace('_', '-')} must lie between"):
+            LinkOptions(**plain | {name: beyond}).ways()
 
 
 def test_wavelengths_that_nobody_looks_for_are_said(papilla):

@@ -34,7 +34,74 @@ def test_the_measure_of_lag_finds_a_shift(late_ms):
     assert 1e3 * lag_s(shown, HAND / 1.3, HAND, 1000.0, 1.05) == pytest.approx(late_ms, abs=0.3)
 
 
-@pytest.mark.parametrize("wavelength", [0.5, 0.6, 0.73, 0.8, 1.2, 3.0])
+MODULATED = 100 * (TIME - 0.3 / (16 * np.pi) * np.cos(16 * np.pi * TIME))
+"""Place of a hand at 100 mm/s, 30 % faster and slower eight times a second."""
+
+
+def delayed_sine(late_s, wavelength=1.3):
+    return np.sin(2 * np.pi * HandMotion().place_mm(TIME - late_s) / wavelength)
+
+
+@pytest.mark.parametrize("late_ms", [-48.0, 37.25, 37.5, 37.75])
+def test_a_lag_is_found_between_samples_and_down_to_50_ms_early(late_ms):
+    assert 1e3 * lag_s(delayed_sine(late_ms / 1e3), HAND / 1.3, HAND, 1000.0, 0.5) == pytest.approx(late_ms, abs=0.045)
+    assert lag_s(delayed_sine(-0.053), HAND / 1.3, HAND, 1000.0, 0.5) != pytest.approx(-0.053, abs=2e-3)
+
+
+def test_of_a_lag_that_grows_the_median_of_the_windows_is_told():
+    assert lag_s(delayed_sine(0.1 + 0.1 * TIME / 6), HAND / 1.3, HAND, 1000.0, 0.5) == pytest.approx(0.15, abs=6e-3)
+
+
+@pytest.mark.parametrize("share, heard", [(0.34, False), (0.36, True)])
+def test_a_lag_needs_a_signal_of_which_the_texture_explains_35_per_cent(share, heard):
+    rest = math.sqrt(1 - share**2)
+    shown = share * np.sin(2 * np.pi * MODULATED / 1.3) + rest * np.sin(2 * np.pi * MODULATED / 0.47)
+    assert math.isfinite(lag_s(shown, MODULATED / 1.3, MODULATED, 1000.0, 0.3)) == heard
+
+
+@pytest.mark.parametrize("turns, enough", [(1.95, False), (2.1, True)])
+def test_a_lag_needs_two_periods_of_the_texture_in_a_window(turns, enough):
+    passed = MODULATED * turns / 25  # 25 mm in a quarter of a second
+    assert math.isfinite(lag_s(np.sin(2 * np.pi * passed), passed, MODULATED, 1000.0, 0.3)) == enough
+
+
+@pytest.mark.parametrize("swing, enough", [(0.105, False), (0.1173, True)])
+def test_a_lag_needs_a_speed_that_changes_by_a_fifth_of_its_greatest(swing, enough):
+    """2 swing / (1 + swing) is 0.19 and 0.21."""
+    place = 100 * (TIME - swing / (16 * np.pi) * np.cos(16 * np.pi * TIME))
+    assert math.isfinite(lag_s(np.sin(2 * np.pi * place / 1.3), place / 1.3, place, 1000.0, 0.3)) == enough
+
+
+@pytest.mark.parametrize("size, late_ms", [(0.048, 100), (0.054, 140)])
+def test_windows_of_a_twentieth_of_the_loudest_tell_no_lag(size, late_ms):
+    """The signal is loud and 100 ms late for a second and a half, and faint and 140 ms late from then on."""
+    loud = TIME < 1.5
+    shown = np.where(loud, 1.0, size) * delayed_sine(np.where(loud, 0.1, 0.14))
+    assert 1e3 * lag_s(shown, HAND / 1.3, HAND, 1000.0, 0.3) == pytest.approx(late_ms, abs=0.5)
+
+
+@pytest.mark.parametrize("trip_ms, most_ms, seconds", [(100, 450, 6), (math.nan, 300, 6), (900, 1200, 3)])
+def test_a_lag_is_looked_for_up_to_one_and_a_half_round_trips_and_300_ms_or_0_4_of_the_record(
+    trip_ms, most_ms, seconds
+):
+    blank = LoopRecord(**dict.fromkeys(LoopRecord._fields))
+    rows = slice(0, 1000 * seconds)
+    record = blank._replace(time_s=TIME[rows], hand_mm=HAND[rows], truth_mm=np.full(TIME[rows].size, 1.3))
+    record = record._replace(round_trip_ms=np.full(TIME[rows].size, trip_ms))
+    for late_ms in (most_ms - 15, most_ms + 15):
+        found = record._replace(direct_um=delayed_sine(late_ms / 1000)[rows]).lag_ms("direct")
+        assert (found == pytest.approx(late_ms, abs=0.5)) == (late_ms < most_ms)
+
+
+@pytest.mark.parametrize("place", [250.1, 250.4, 250.6, 250.9])
+def test_a_felt_wavelength_is_found_between_wavenumbers(place):
+    """They begin at 1 over 8 mm, and a tenth of the resolution of 25 mm lies between two."""
+    wavelength, path = 1 / (1 / 8 + 0.1 / 25 * place), 100 * TIME[:1500]
+    felt = felt_wavelength(np.sin(2 * np.pi * path / wavelength), path, np.ones(1500), 1000.0)
+    assert felt.wavelength_mm == pytest.approx(wavelength, rel=1.8e-4)
+
+
+@pytest.mark.parametrize("wavelength", [0.6, 1.2, 3.0])
 def test_the_felt_wavelength_is_that_of_the_signal(wavelength):
     truth = np.full(6000, 1.2)
     felt = felt_wavelength(np.sin(2 * np.pi * HAND / wavelength), HAND, truth, 1000.0)
