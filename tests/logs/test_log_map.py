@@ -11,7 +11,7 @@ import pytest
 from papilla.core.errors import FileAccessError, FileFormatError, InputError, MemoryEstimateError
 from papilla.core.units import gf_to_newton
 from papilla.logs import TimeLogFile, read_presses, read_time_log
-from papilla.logs.log_map import CHANNEL_BOUNDS, Column, LogMap, column_meant, split_unit
+from papilla.logs.log_map import CHANNEL_BOUNDS, Column, LogMap
 from papilla.logs.proposal import propose
 
 GF = gf_to_newton(1.0)
@@ -25,15 +25,6 @@ def file(tmp_path):
         return path
 
     return write
-
-
-def test_a_unit_in_a_name_and_names_that_labs_give():
-    names = ("Fz [N]", "Strain 3 (mV/V)", "force / gf", "t_ms", "speed_mm_s", "depth [µm]", "force_n", "g1")
-    stems = ("Fz", "Strain 3", "force", "t", "speed", "depth", "force_n", "g1")
-    units = ("N", "mV/V", "gf", "ms", "mm/s", "um", None, None)
-    assert [split_unit(name) for name in names] == list(zip(stems, units, strict=True))
-    meant = {"Time": "t_s", "ch 3": "g3", "Fz": "force_N", "Load": "force_N", "temperature": None, "ch0": None}
-    assert {name: column_meant(name) for name in meant} == meant
 
 
 def test_columns_with_their_unit_need_no_map(file):
@@ -216,13 +207,6 @@ def test_what_is_no_date_is_named_with_its_place(file, row):
     path = file("stamp,g1\n" + "".join(f"{stamp},1\n" for stamp in stamps))
     with pytest.raises(FileFormatError, match=rf"line {row + 2}.*stamp.*expected a date and time, got '2026-13"):
         read_time_log(path, log_map=LogMap({"t_s": Column("stamp", "iso"), "g1": Column("g1", "microstrain")}))
-
-
-def test_channels_that_count_from_0_keep_their_order(file):
-    content = "t_s,ch2,ch0,ch1\n0,1.5,2,3\n0.1,2.5,3,4\n"
-    assert {guess.name: guess.meant for guess in propose(file(content)).guesses} == {
-        "t_s": "t_s", "ch0": "g1", "ch1": "g2", "ch2": "g3"
-    }  # fmt: skip
 
 
 def test_commands_read_by_a_map_and_propose_one(file, tmp_path, monkeypatch, capsys):

@@ -38,7 +38,10 @@ def test_units_have_several_spellings():
     spelt = {"N·mm": "Nmm", "N mm": "Nmm", "mm s^-1": "mm/s", "µm": "um", "μm": "um", "µε": "ue", "grams": "g"}
     spelt |= {"sec": "s", "ustrain": "microstrain", "µStrain": "microstrain"}
     assert {text: split_unit(f"x ({text})")[1] for text in spelt} == spelt
-    assert [column_meant(name) for name in ("ch999", "ch1000", "Strain 3", "SG_2")] == ["g999", None, "g3", "g2"]
+    spelt = {"force / gf": ("force", "gf"), "t_ms": ("t", "ms"), "a_mm_s": ("a", "mm/s"), "force_n": ("force_n", None)}
+    assert {name: split_unit(name) for name in spelt} == spelt
+    meant = {"ch999": "g999", "ch1000": None, "Strain 3": "g3", "SG_2": "g2", "ch0": None, "Load": "force_N", "a": None}
+    assert {name: column_meant(name) for name in meant} == meant
 
 
 @pytest.fixture
@@ -164,7 +167,8 @@ def test_steps_of_a_time_log_have_limits():
     assert [read(0, 1, 2, 3, 3 + gap).report.gaps for gap in (1.49, 1.51)] == [0, 1]
     # Half of the rows share their time with the row before: a fault; two thirds: packets of three
     assert read(*np.repeat(np.arange(10.0), 2)).sample_rate_Hz == pytest.approx(1)
-    assert read(*np.repeat(np.arange(100.0), 3)).sample_rate_Hz == pytest.approx(3)
+    packets = read(*np.repeat(np.arange(100.0), 3))
+    assert packets.sample_rate_Hz == pytest.approx(3) and "taken as 3 Hz, spread evenly" in packets.report.notes[0]
 
 
 @pytest.mark.parametrize("key, limits", [("header_line", (1, 1000)), ("speed_mm_s", (-1e6, 1e6))])
@@ -186,6 +190,12 @@ def test_half_a_million_numbers_are_exact_and_groups_a_ten_thousandth_wide():
     assert kept.median() == np.median(values[1:])
     kept.add(values[:1])
     assert kept.median() == pytest.approx(np.median(values), rel=2**-14) and kept.median() != np.median(values)
+    parts = statistics.Magnitudes(kept=100_000)
+    assert np.isnan(parts.median())
+    for part in np.array_split(values, 50):
+        parts.add(part)
+    assert parts.median() == pytest.approx(np.median(values), rel=1e-4)
+    assert parts.split(2.0) == pytest.approx((values[values <= 2].mean(), (values > 2).sum()), rel=1e-3)
     grouped = statistics.Magnitudes(kept=0)
     grouped.add(np.array([1.0, 1 + 2**-15, 1 + 1.9 * 2**-15, 1 + 2**-14, 1 + 2**-14]))
     assert grouped.split(1 + 1.5 * 2**-15) == (pytest.approx(1 + 2.9 / 3 * 2**-15, rel=1e-9), 2)
@@ -235,6 +245,8 @@ def test_gauges_are_numbered_and_a_meaning_is_given_once(file):
     guesses = propose(file(f"{names}\n0,1,1,1,1,1,1,1,1\n1,2,2,2,2,2,2,2,2\n")).guesses
     assert [guess.meant for guess in guesses] == ["t_s", "g1", "g3", "g2", "force_N", "", "tangential_N", "", ""]
     assert guesses[5].reason == "force_N is another column already, or not needed beside it"
+    from_0 = propose(file("t_s,ch2,ch0,ch1\n0,1.5,2,3\n0.1,2.5,3,4\n")).guesses
+    assert {guess.name: guess.meant for guess in from_0} == {"t_s": "t_s", "ch0": "g1", "ch1": "g2", "ch2": "g3"}
 
 
 @pytest.mark.parametrize(
@@ -257,28 +269,28 @@ def test_what_no_column_gives_is_asked(file, names, asked):
 # ---- Presses
 
 
-@pytest.mark.parametrize("stated, taken", [(201.9, True), (198.1, True), (202.1, False), (197.9, False)])
-def test_a_stated_sd_may_be_off_by_a_hundredth(stated, taken):
-    frame = {"force_N": [1.0, 2.0], "modulus_MPa": [1.0, 1.0], "g1": [0, 0], "g2": [400, 400]}
-    frame |= {"sd_microstrain": [200, stated]}
-    if taken:
-        assert read_presses(frame).sd_microstrain.tolist() == [200, 200]
-    else:
-        with pytest.raises(FileFormatError, match=rf"line 1.*{stated} is not the population standard deviation"):
-            read_presses(frame)
+@pytest.mark.parametrize("sd, off", [(200, 2), (10, 0.5)])
+def test_a_stated_sd_may_be_off_by_a_hundredth_or_half_a_microstrain(sd, off):
+    for sign in (-1, 1):
+        frame = {"force_N": [1.0, 2.0], "modulus_MPa": [1.0, 1.0], "g1": [0, 0], "g2": [2 * sd, 2 * sd]}
+        assert read_presses(frame | {"sd_microstrain": [sd, sd + 0.99 * sign * off]}).sd_microstrain[1] == sd
+        with pytest.raises(FileFormatError, match=f"line 1.* is not the population standard .* of the gauges, {sd}"):
+            read_presses(frame | {"sd_microstrain": [sd, sd + 1.01 * sign * off]})
 
 
 @pytest.mark.parametrize("end, closed", [(0.199, True), (0.201, False)])
 def test_a_force_that_rises_by_half_a_per_cent_is_held_and_one_that_returns_to_a_fifth_closes_a_loop(end, closed):
-    """Force over depth is a triangle: half of the rectangle when loading, and a line to the end when unloading."""
+    """The work is the area under the force over the depth: trapezoids."""
     force, depth = [0.5, 1.0, 1.0049, 1.0051 * 1.0049, end * 1.0051 * 1.0049], [1.0, 2.0, 2.1, 3.0, 2.0]
     frame = {"t_s": range(7), "force_N": [*force, 0.3, 0.4], "modulus_MPa": [0.5] * 5 + [0.9] * 2}
     frame |= {"g1": range(7), "indentation_mm": [*depth, 1.0, 2.0]}
     found = read_presses(frame)
     assert found.t_s.tolist() == [0, 1, 3, 5, 6]
-    assert len(found.loops) == closed
+    assert len(found.loops) == closed and len(read_presses(frame, whole=True)) == 7
+    assert "2 of 7 rows hold or unload the finger (t_s)" in found.notes[0] and len(found.notes) == 1 + closed
     for loop in found.loops:
         top = force[3]
         taken = 0.75 * 1 + 0.5 * (1 + 1.0049) * 0.1 + 0.5 * (1.0049 + top) * 0.9
         assert loop.lost_N_mm == pytest.approx(taken - 0.5 * (top + end * top)) and loop.force_N == top
+        assert f"a loop to {top:.3g} N on 0.5 MPa lost {loop.lost_N_mm:.3g} N mm" in found.notes[1]
         assert loop.share == pytest.approx(loop.lost_N_mm / taken) and loop.modulus_MPa == 0.5

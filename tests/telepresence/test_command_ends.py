@@ -93,16 +93,6 @@ def test_a_sensor_alone_tells_its_periods_and_what_it_sent(papilla, way):
     assert " missed; " in said and said.endswith(" 0 received, 0 dropped\n")
 
 
-def test_a_display_alone_writes_a_row_for_each_period(papilla, way, tmp_path):
-    hand = ("--speed", 50, "--strokes", 0, "--force", 0.25, "--seconds", 0.3, "--out", "shown.csv")
-    answer = papilla("telepresence", "display", *way["display"], *hand, "--json")
-    assert answer.code == 0, answer.err
-    rows = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True)
-    assert len(rows) == json.loads(answer.out)["periods"]
-    np.testing.assert_allclose(np.diff(rows["position_mm"]), 50 * np.diff(rows["t_s"]), atol=1e-6)
-    assert (rows["displacement_um"] == 0).all(), "nothing was told"
-
-
 @contextmanager
 def peer(options, make):
     """Yields the endpoint of the other end, which sends a message a hundred times a second, and what it heard."""
@@ -137,14 +127,15 @@ def test_a_display_tells_what_it_received_and_keeps_what_it_showed(papilla, way,
         half = 0.5 * found["periods"] * found[name]["p50"]
         assert found["periods"] * 1e-3 < half < 1100 and found[name]["p50"] <= found[name]["p99.9"], name
     rows = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True)
+    assert len(rows) == found["periods"] and (rows["displacement_um"][rows["gain"] == 0] == 0).all()
+    np.testing.assert_allclose(np.diff(rows["position_mm"]), 60 * np.diff(rows["t_s"]), atol=1e-6)
     shown = rows[rows["gain"] == 1]
     assert len(shown) > 50 and (shown["wavelength_mm"] == 1.5).all()
     # 40 Hz, where the actuator is flat: 150 V for 55 um about the middle
     np.testing.assert_allclose(rows["drive_V"], 75 + rows["displacement_um"] * 150 / 55, atol=0.01)
     assert np.abs(shown["displacement_um"]).max() == pytest.approx(50 * 0.238, rel=0.1)
     assert (tmp_path / "shown.csv").read_text().endswith(",0.3,0.02,ok,,,,0.4,0.03,ok,,,\n"), "nobody sent an area"
-    place = heard[-1].message.position.value
-    assert place == pytest.approx(60 * 1e-9 * (heard[-1].sent_ns - heard[0].sent_ns), abs=60 * 0.5)
+    assert 0.18 <= heard[-1].message.force.value <= 0.42 and 0 < heard[-1].message.position.value <= 60
 
 
 class Terminal(io.StringIO):
