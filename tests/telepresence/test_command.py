@@ -47,7 +47,10 @@ def test_actuator_and_rule_are_told(papilla, tmp_path):
     [
         (("--wavelength", "0"), "wavelength_mm"),
         (("--loss", "2"), "loss"),
-        (("--uplink-share", "-1"), "--uplink-share"),
+        (("--uplink-share", "-0.01"), "--uplink-share"),
+        (("--uplink-share", "1.01"), "--uplink-share"),
+        (("--round-trip-ms", "10000.5"), "--round-trip-ms"),
+        (("--round-trip-sd-ms", "10000.5"), "--round-trip-sd-ms"),
         (("--round-trip-ms", "nan"), "--round-trip-ms"),
         (("--bandwidth", "0"), "--bandwidth"),
         (("--seconds", "0.1"), "seconds"),

@@ -11,7 +11,6 @@ from spring_calibration import calibration
 from papilla.core.errors import InputError
 from papilla.logs import read_time_log
 from papilla.telepresence import GratingTexture, HandMotion, LinkModel, Measured, RecordedTexture, Set, SideBySide, run
-from papilla.telepresence.cli.commands import LinkOptions
 from papilla.telepresence.cli.options import SoftOptions
 
 
@@ -106,20 +105,6 @@ def test_a_hand_starts_so_that_its_path_lies_in_the_middle_of_a_recorded_texture
     place = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True)["position_mm"]
     low, high = RecordedTexture.of_log(read_time_log(tmp_path / "log.csv")).reach_mm
     assert place[0] == pytest.approx(0.5 * (low + high - path)) and np.ptp(place) == pytest.approx(path, rel=1e-2)
-
-
-@pytest.mark.parametrize("name, high", [("round_trip_ms", 10_000), ("round_trip_sd_ms", 10_000), ("uplink_share", 1)])
-def test_both_ends_of_the_ranges_of_a_link_are_taken_and_what_lies_beyond_is_not(name, high):
-    usual = {"round_trip_ms": 9.0, "round_trip_sd_ms": 4.0, "uplink_share": 0.5, "jitter_ms": 0.0, "loss": 0.0}
-    usual |= {"reordering": 0.0, "duplication": 0.0, "bandwidth": None}
-    for limit in (0, high):
-        stated = usual | {name: limit}
-        up, down = LinkOptions(**stated).ways()
-        assert up.bandwidth_bytes_s == math.inf and up.one_way_ms + down.one_way_ms == stated["round_trip_ms"]
-        assert math.hypot(up.one_way_sd_ms, down.one_way_sd_ms) == pytest.approx(stated["round_trip_sd_ms"])
-    for beyond in (-0.01, high + 0.01):
-        with pytest.raises(InputError, match=f"--{name.replace('_', '-')} must lie between"):
-            LinkOptions(**usual | {name: beyond}).ways()
 
 
 def test_wavelengths_that_nobody_looks_for_are_said(papilla):

@@ -27,13 +27,6 @@ TIME = np.arange(6000) / 1000
 HAND = HandMotion().place_mm(TIME)
 
 
-@pytest.mark.parametrize("late_ms", [0, 37, 240, 500])
-def test_the_measure_of_lag_finds_a_shift(late_ms):
-    shown = np.sin(2 * np.pi * np.roll(HAND, late_ms) / 1.3 + 0.4)
-    shown[:late_ms] = 0
-    assert 1e3 * lag_s(shown, HAND / 1.3, HAND, 1000.0, 1.05) == pytest.approx(late_ms, abs=0.3)
-
-
 MODULATED = 100 * (TIME - 0.3 / (16 * np.pi) * np.cos(16 * np.pi * TIME))
 """Place of a hand at 100 mm/s, 30 % faster and slower eight times a second."""
 
@@ -42,9 +35,9 @@ def delayed_sine(late_s, wavelength=1.3):
     return np.sin(2 * np.pi * HandMotion().place_mm(TIME - late_s) / wavelength)
 
 
-@pytest.mark.parametrize("late_ms", [-48.0, 37.25, 37.5, 37.75])
+@pytest.mark.parametrize("late_ms", [-48.0, 0.0, 37.25, 37.5, 37.75, 240.0, 499.5])
 def test_a_lag_is_found_between_samples_and_down_to_50_ms_early(late_ms):
-    assert 1e3 * lag_s(delayed_sine(late_ms / 1e3), HAND / 1.3, HAND, 1000.0, 0.5) == pytest.approx(late_ms, abs=0.045)
+    assert 1e3 * lag_s(delayed_sine(late_ms / 1e3), HAND / 1.3, HAND, 1000.0, 0.6) == pytest.approx(late_ms, abs=0.045)
     assert lag_s(delayed_sine(-0.053), HAND / 1.3, HAND, 1000.0, 0.5) != pytest.approx(-0.053, abs=2e-3)
 
 
@@ -177,10 +170,8 @@ def test_a_recorded_texture_begins_with_the_first_place_of_the_stroke_and_ends_w
             RecordedTexture(places, np.zeros(len(places)))
 
 
-def test_noise_silence_a_steady_speed_and_a_hand_that_hardly_moves_tell_no_lag():
+def test_noise_silence_and_a_hand_that_hardly_moves_tell_no_lag():
     rng = np.random.default_rng(0)
-    steady = np.sin(2 * np.pi * 100 * TIME / 1.3)
-    assert math.isnan(lag_s(steady, 100 * TIME / 1.3, 100 * TIME, 1000.0, 0.5))
     assert math.isnan(lag_s(np.zeros(6000), HAND, HAND, 1000.0, 0.5))
     assert math.isnan(lag_s(rng.standard_normal(6000), HAND / 1.3, HAND, 1000.0, 0.5))
     slow = HAND / 100
