@@ -94,17 +94,18 @@ def test_all_options_reach_the_scene_and_all_measures_the_answer(papilla, tmp_pa
     assert {name: page[name] for name in expected} == pytest.approx(expected)
 
 
-@pytest.mark.parametrize("strokes", [0, 2])
-def test_a_hand_starts_so_that_its_path_lies_in_the_middle_of_a_recorded_texture(papilla, tmp_path, strokes):
+def test_a_hand_strokes_the_middle_of_a_recorded_texture_that_must_be_long_enough(papilla, refused, tmp_path):
     time = np.arange(2000) / 1000
     rows = np.column_stack([time, 40 * np.sin(2 * np.pi * 30 * time / 1.5), 5 + 30 * time])
     np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="t_s,g1,position_mm", comments="")
-    options = ("--log", "log.csv", "--speed", 20, "--strokes", strokes, "--seconds", 2, "--round-trip-sd-ms", 0)
-    assert papilla("telepresence", "simulate", *options, "--out", "shown.csv").code == 0
-    path = 40.0 if strokes == 0 else 20.0 / (2 * math.pi)
-    place = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True)["position_mm"]
+    said = refused("telepresence", "simulate", "--log", "log.csv", "--strokes", 0, "--speed", 10, "--seconds", 7)
+    assert "the hand needs 70 mm of texture, log.csv has 60 mm: lower --speed or" in said
     low, high = RecordedTexture.of_log(read_time_log(tmp_path / "log.csv")).reach_mm
-    assert place[0] == pytest.approx(0.5 * (low + high - path)) and np.ptp(place) == pytest.approx(path, rel=1e-2)
+    for strokes, path in ((0, 40.0), (2, 20.0 / (2 * math.pi))):
+        options = ("--log", "log.csv", "--speed", 20, "--strokes", strokes, "--seconds", 2, "--out", "shown.csv")
+        assert papilla("telepresence", "simulate", *options).code == 0
+        place = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True)["position_mm"]
+        assert place[0] == pytest.approx(0.5 * (low + high - path)) and np.ptp(place) == pytest.approx(path, rel=1e-2)
 
 
 def test_wavelengths_that_nobody_looks_for_are_said(papilla):
@@ -132,11 +133,3 @@ def test_a_hand_must_not_press_beyond_the_calibration(refused, tmp_path):
     most = made.domain["force_N"][1] / 1.4  # The force swings by 40 %
     said = refused("telepresence", "simulate", "--calibration", "c.json", "--force", 1.01 * most, "--seconds", 0.6)
     assert f"--force must be at most {most:.3g}" in said
-
-
-def test_a_recorded_texture_must_be_long_enough(refused, tmp_path):
-    time = np.arange(2000) / 1000
-    rows = np.column_stack([time, 40 * np.sin(2 * np.pi * 30 * time / 1.5), 30 * time])
-    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="t_s,g1,position_mm", comments="")
-    said = refused("telepresence", "simulate", "--log", "log.csv", "--strokes", 0, "--speed", 10, "--seconds", 7)
-    assert "the hand needs 70 mm of texture, log.csv has 60 mm: lower --speed or" in said
