@@ -11,6 +11,7 @@ import pytest
 from papilla.core.errors import FileAccessError, FileFormatError, InputError, MemoryEstimateError
 from papilla.core.units import gf_to_newton
 from papilla.logs import TimeLogFile, read_presses, read_time_log
+from papilla.logs.frames import estimates_writer
 from papilla.logs.log_map import CHANNEL_BOUNDS, Column, LogMap
 from papilla.logs.proposal import propose
 
@@ -299,6 +300,15 @@ def test_parquet(tmp_path):
     path.write_bytes(b"PAR1 no")
     with pytest.raises((FileFormatError, FileAccessError), match="log.parquet"):
         read_time_log(path)
+
+
+def test_a_number_that_is_missing_is_null_in_parquet(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet", reason="needs the extra tables")
+    with estimates_writer(tmp_path / "e.parquet", ("t_s", "modulus_MPa", "modulus_status")) as write:
+        for t_s in ([0.0, 1.0], [2.0]):
+            write([np.array(t_s), np.array([0.5, np.nan][: len(t_s)]), ["ok"] * len(t_s)])
+    found = parquet.read_table(tmp_path / "e.parquet").to_pydict()
+    assert found == {"t_s": [0, 1, 2], "modulus_MPa": [0.5, None, 0.5], "modulus_status": ["ok"] * 3}
 
 
 @pytest.fixture
