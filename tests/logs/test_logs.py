@@ -126,8 +126,6 @@ def test_bench_log_columns(log):
         ("t_s,g1\r0,1\r" + "1" * 2**19, "longer than 262144 bytes"),
         (f"t_s,{'g' * 1001}\n0,1\n1,2\n", "line 1: a column's name has 1001 characters"),
         ("t_s,g1\n0,1\n1e155,1\n", "line 3, column t_s: expected a time in s, got 1e+155"),
-        ("t_s,g1\n0,1\n1e-300,1\n", "steps of t_s of 1e-300 s on average; are these times in s?"),
-        ("t_s,g1\n0,1\n1e6,1\n", "steps of t_s of 1e+06 s on average; are these times in s?"),
         ("t_s,g1\n0,1\n1,abc\n", "line 3, column g1: expected a number, got 'abc'"),
         ("t_s,g1\n0,1\n1,1,1\n", "line 3: 3 cells where the header has 2 columns"),
         ("t_s,g1\n0,1\n\n1\n", "line 4: 1 cells where the header has 2 columns"),

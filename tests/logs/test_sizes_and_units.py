@@ -232,7 +232,8 @@ def test_a_thinned_log_has_a_thousand_to_two_thousand_bins(count):
         ("odd [ue]", "g1"), ("odd [um/m]", "g1"), ("odd (mV/V)", "g1"), ("finger strain", "g1"), ("gauges 7", "g7"),
         ("force [mm]", ""), ("odd [N]", ""), ("odd", ""), ("x", "x_mm"), ("sd", "sd_microstrain"),
         ("moment", "torque_Nmm"),
-        ("channel_x 2", "g2"), ("position_mm", "position_mm"), ("radius [cm]", "radius_mm"),
+        ("stage speed (mm/s)", "velocity_mm_s"), ("load_cell", "force_N"), ("finger strain 4", "g4"), ("Fz (V)", ""),
+        ("AIN", ""), ("channel_x 2", "g2"), ("position_mm", "position_mm"), ("radius [cm]", "radius_mm"),
     ],
 )  # fmt: skip
 def test_a_column_is_known_by_its_name_a_word_of_it_or_its_unit(file, name, meant):
@@ -281,7 +282,7 @@ def test_a_stated_sd_may_be_off_by_a_hundredth_or_half_a_microstrain(sd, off):
 @pytest.mark.parametrize("end, closed", [(0.199, True), (0.201, False)])
 def test_a_force_that_rises_by_half_a_per_cent_is_held_and_one_that_returns_to_a_fifth_closes_a_loop(end, closed):
     """The work is the area under the force over the depth: trapezoids."""
-    force, depth = [0.5, 1.0, 1.0049, 1.0051 * 1.0049, end * 1.0051 * 1.0049], [1.0, 2.0, 2.1, 3.0, 2.0]
+    force, depth = [0.5, 1.0, 1.0049, 1.0051 * 1.0049, end * 1.0051 * 1.0049], [0.1, 0.2, 0.21, 0.3, 0.2]
     frame = {"t_s": range(7), "force_N": [*force, 0.3, 0.4], "modulus_MPa": [0.5] * 5 + [0.9] * 2}
     frame |= {"g1": range(7), "indentation_mm": [*depth, 1.0, 2.0]}
     found = read_presses(frame)
@@ -290,7 +291,7 @@ def test_a_force_that_rises_by_half_a_per_cent_is_held_and_one_that_returns_to_a
     assert "2 of 7 rows hold or unload the finger (t_s)" in found.notes[0] and len(found.notes) == 1 + closed
     for loop in found.loops:
         top = force[3]
-        taken = 0.75 * 1 + 0.5 * (1 + 1.0049) * 0.1 + 0.5 * (1.0049 + top) * 0.9
-        assert loop.lost_N_mm == pytest.approx(taken - 0.5 * (top + end * top)) and loop.force_N == top
+        taken = 0.75 * 0.1 + 0.5 * (1 + 1.0049) * 0.01 + 0.5 * (1.0049 + top) * 0.09
+        assert loop.lost_N_mm == pytest.approx(taken - 0.5 * (top + end * top) * 0.1) and loop.force_N == top
         assert f"a loop to {top:.3g} N on 0.5 MPa lost {loop.lost_N_mm:.3g} N mm" in found.notes[1]
         assert loop.share == pytest.approx(loop.lost_N_mm / taken) and loop.modulus_MPa == 0.5
