@@ -7,7 +7,7 @@ from papilla.core.errors import FileFormatError, InputError
 from papilla.core.units import gf_to_newton
 from papilla.logs import read_presses, read_time_log, statistics
 from papilla.logs.log_map import LOG_QUANTITIES, Column, LogMap, column_meant, split_unit
-from papilla.logs.proposal import propose
+from papilla.logs.proposal import Guess, propose
 
 GF = gf_to_newton(1.0)
 LENGTHS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "m": 1e3}
@@ -141,17 +141,18 @@ def test_the_size_of_a_logs_numbers_is_remarked_on(name, silent, largest, remark
 
 
 @pytest.mark.parametrize(
-    "name, silent, told, remark",
+    "name, silent, told, other, remark",
     [
-        ("force_N", 19.9, 20.1, "force_N comes to 20.1: this looks like gf"), ("g1", 0.05, 0.04, "no reading is above"),
-        ("modulus_MPa", 19.9, 20.1, "no modulus_MPa is below 20.1: this looks like kPa"),
-        ("indentation_mm", 14.9, 15.1, "indentation_mm comes to 15.1: this looks like micrometres"),
+        ("force_N", 19.9, 20.1, 1, "force_N comes to 20.1: this looks like gf"),
+        ("g1", 0.05, 0.04, 0.01, "no reading is above 0.04"),
+        ("modulus_MPa", 19.9, 20.1, 50, "no modulus_MPa is below 20.1: this looks like kPa"),
+        ("indentation_mm", 14.9, 15.1, 1, "indentation_mm comes to 15.1: this looks like micrometres"),
     ],
 )  # fmt: skip
-def test_the_size_of_numbers_of_presses_is_remarked_on(name, silent, told, remark):
+def test_the_size_of_numbers_of_presses_is_remarked_on(name, silent, told, other, remark):
     usual = {"force_N": [1.0, 1.1], "modulus_MPa": [0.5, 30.0], "g1": [1.5, 2.0], "indentation_mm": [1.0, 2.0]}
-    assert read_presses(usual | {name: [silent, silent]}).sizes == ()
-    (note,) = read_presses(usual | {name: [told, told]}).sizes
+    assert read_presses(usual | {name: [other, silent]}).sizes == ()
+    (note,) = read_presses(usual | {name: [told, other]}).sizes
     assert note.startswith(remark) and f" (if so: --map with {name} = " in note
 
 
@@ -237,7 +238,8 @@ def test_a_thinned_log_has_a_thousand_to_two_thousand_bins(count):
     ],
 )  # fmt: skip
 def test_a_column_is_known_by_its_name_a_word_of_it_or_its_unit(file, name, meant):
-    _, found, _ = propose(file(f"t_s,{name},note q\n0,1,1\n1,2,1\n")).guesses
+    _, found, words = propose(file(f"t_s,{name},note\n0,1,a\n1,2,b\n")).guesses
+    assert words == Guess("note", "", "", "no numbers") and found.name == name
     assert found.meant == meant and (found.reason == "unknown name") == (not meant)
 
 
