@@ -9,7 +9,7 @@ import pytest
 from matplotlib import colormaps
 from matplotlib.colors import to_rgb
 from scipy.interpolate import LinearNDInterpolator
-from shown_figures import words
+from shown_figures import flaws, words
 
 from papilla import fem, view
 from papilla.fem.reduction.patch import Frame
@@ -105,7 +105,6 @@ def test_a_rendered_picture_shows_colours_of_the_cut_where_it_is(scene):
         pytest.skip("VTK cannot render on this machine")
     given = scene.field, scene.reduced, scene.press, scene.specimen, scene.finger
     (image,) = (axes := view.strain_figure(*given).axes[0]).images
-    _, parts, _ = shown_at(replace(scene, field=scene.field), (0.0, 0.0))
     parts = strain_field.drawn(strain_field.PressScene(*given[:1], *given[2:4]), *given[1::3])
     one = render.fitted(render.View(20.0, 0.0), strain_field.points_of([parts]))
     assert tuple(image.get_extent()) == pytest.approx(one.extent)
@@ -353,13 +352,13 @@ def test_maps_of_all_gauges_are_beside_each_other(scene, responses, small, colum
         assert axes.get_title(loc="left") == f"g{number + 1}: {strongest}"
         chosen = [line.get_color() == style.GAUGE_COLOR for line in axes.lines]
         assert chosen == [k == 2 * number + 1 for k in range(10)]
-    assert figure.texts[0].get_fontsize() == (style.TITLE_PT if small else style.LARGE_PT)
+    assert figure.texts[0].get_fontsize() == (style.TITLE_PT if small else style.LARGE_PT) and flaws(figure) == []
 
 
 def test_a_file_of_receptive_fields_is_of_all_gauges_or_of_one(scene, tmp_path):
     """Maps beside each other are flat; the picture of one gauge is not."""
     for name, gauge in (("all", None), ("one", "g2")):
-        view.receptive(tmp_path / f"{name}.png", scene.finger, gauge, size_mm=2.0)
+        view.receptive(tmp_path / f"{name}.png", scene.finger, gauge, size_mm=2.8)
     heads = [(tmp_path / f"{name}.png").read_bytes()[16:24] for name in ("all", "one")]
     (w, h), (width, height) = (np.frombuffer(one, ">u4") for one in heads)
     assert (w, width) == (120 * 5 * receptive_field.MAPS_A_ROW[1], 120 * 8) and w > 2.5 * h and width < 2 * height
