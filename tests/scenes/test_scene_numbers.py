@@ -236,5 +236,7 @@ def test_a_line_must_be_apart_from_the_mains_and_from_what_hum_hides(way, line_H
     assert half.tellable(np.full(100, 100.0)).tolist() == [told] * 50 + [True] * 50, (
         "where there is no line, all is told"
     )
+    faster = replace(half, velocity_mm_s=half.velocity_mm_s + np.linspace(0, 0.5, 100))
+    assert faster.tellable(np.full(100, 100.0)).all(), "a speed that changes tells them apart"
     to_and_fro = scene("act1", 1.8, seconds=0.1)
     assert to_and_fro.tellable(np.full(100, 100.0)).all(), "over the path the hum is no line"

@@ -15,7 +15,7 @@ from papilla import fem, view
 from papilla.fem.reduction.patch import Frame
 from papilla.mesh.body import surfaces_of
 from papilla.model.specimen import Block, HalfSpace, Sphere
-from papilla.view import contact_map, receptive_field, render, strain_field, style, turning
+from papilla.view import contact_map, render, strain_field, style, turning
 from papilla.view.section import cut, half_skin, specimen_solid, surface_displacement
 
 SIDES = pytest.mark.parametrize("at", [(0.0, 0.0), (2.0, -1.0)])
@@ -353,12 +353,3 @@ def test_maps_of_all_gauges_are_beside_each_other(scene, responses, small, colum
         chosen = [line.get_color() == style.GAUGE_COLOR for line in axes.lines]
         assert chosen == [k == 2 * number + 1 for k in range(10)]
     assert figure.texts[0].get_fontsize() == (style.TITLE_PT if small else style.LARGE_PT) and flaws(figure) == []
-
-
-def test_a_file_of_receptive_fields_is_of_all_gauges_or_of_one(scene, tmp_path):
-    """Maps beside each other are flat; the picture of one gauge is not."""
-    for name, gauge in (("all", None), ("one", "g2")):
-        view.receptive(tmp_path / f"{name}.png", scene.finger, gauge, size_mm=2.8)
-    heads = [(tmp_path / f"{name}.png").read_bytes()[16:24] for name in ("all", "one")]
-    (w, h), (width, height) = (np.frombuffer(one, ">u4") for one in heads)
-    assert (w, width) == (120 * 5 * receptive_field.MAPS_A_ROW[1], 120 * 8) and w > 2.5 * h and width < 2 * height
