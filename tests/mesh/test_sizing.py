@@ -31,21 +31,6 @@ def test_size_grows_with_the_distance_from_the_apex():
     assert at_a_gauge[[0, 4]] == pytest.approx(expected[[0, 4]], rel=1e-12)
 
 
-@pytest.mark.parametrize("size_mm", [0.7, 1.4, 2.0])
-def test_the_expected_number_of_cells_is_that_of_the_shipped_meshes(size_mm, free):
-    free(10**15)
-    body, sizing = asked(Finger.default(), size_mm)
-    points = np.random.default_rng(8).uniform(body.low, body.high, (20000, 3))
-    soft = (body.surfaces["skin"].level(points) <= 0) & (body.surfaces["bone"].level(points) > 0)
-    expected = sizing.cell_count(points[soft], float(np.prod(body.high)) / 20000)
-    cells = len(build(Finger.default(), size_mm).cell().tets)
-    assert expected == pytest.approx(cells, rel=0.22)
-    sites = np.array([[gauge.x_mm or 21 * np.sin(np.radians(gauge.angle_deg)) for gauge in Finger.default().gauges]])
-    assert np.unique(sizing.sites[:, 0]) == pytest.approx(np.unique(np.abs(sites).round(9)), abs=1e-8)
-    assert sizing.far_mm == min(5.0, 5 * size_mm) and sizing.grid_mm == max(1.0, size_mm)
-    assert Sizing(APEX, 6.0, 15.0).far_mm == 6.0
-
-
 @pytest.mark.parametrize("variant", [1, 2])
 def test_a_variant_triangulates_the_same_body(variant, finger_of):
     for finger in (Finger.default(), finger_of(Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0)))):

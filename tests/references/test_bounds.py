@@ -78,27 +78,6 @@ def test_the_closed_form_is_what_many_periods_approach(amplitudes, lag_s):
     )
 
 
-def test_a_maximum_likelihood_fit_reaches_the_bound_of_a_frequency():
-    """Least squares of phase, frequency, slope and amplitude over many noises: scatter of the last frequency."""
-    rng = np.random.default_rng(4)
-    clean = np.cos(phase_of(FREQUENCY, SLOPE))
-    at_end = []
-    for _ in range(400):
-        reading = clean + NOISE * rng.standard_normal(COUNT)
-        guess = np.array([0.3, FREQUENCY, SLOPE])
-        for _ in range(5):
-            phase = guess[0] + 2 * math.pi * (guess[1] * TIME + 0.5 * guess[2] * TIME**2)
-            waves = np.column_stack([np.cos(phase), np.ones(COUNT)])
-            amplitude, offset = np.linalg.lstsq(waves, reading, rcond=None)[0]
-            turn = -amplitude * np.sin(phase)
-            slopes = np.column_stack([turn, 2 * math.pi * TIME * turn, math.pi * TIME**2 * turn, waves])
-            guess += np.linalg.lstsq(slopes, reading - waves @ [amplitude, offset], rcond=None)[0][:3]
-        at_end.append(guess[1] + guess[2] * TIME[-1])
-    truth = FREQUENCY + SLOPE * TIME[-1]
-    assert np.std(at_end) / truth == pytest.approx(numerical([1.0], 0.0), rel=0.1)
-    assert abs(np.mean(at_end) - truth) < 4 * np.std(at_end) / math.sqrt(len(at_end))
-
-
 def by_differences(reading, count, noise):
     """Standard deviation bound of the first unknown: the Fisher information of `reading(unknowns)` by differences."""
     slopes = np.column_stack([(reading(step) - reading(-step)) / 2e-6 for step in 1e-6 * np.eye(count)])
