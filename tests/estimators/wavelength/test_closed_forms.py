@@ -7,9 +7,9 @@ import pytest
 
 from papilla.estimators.stream import completed
 from papilla.estimators.wavelength.frequency_search import FrequencySearch, nominated, price_of
-from papilla.estimators.wavelength.fundamental import hints, no_multiples
+from papilla.estimators.wavelength.fundamental import hints
 from papilla.estimators.wavelength.line_search import LineSearch
-from papilla.estimators.wavelength.memory import Options, SearchResult, Task, TrackingStatus, checked
+from papilla.estimators.wavelength.memory import Options, Task, TrackingStatus
 from papilla.estimators.wavelength.motion_fit import (
     JUMPS_PART,
     MOTION_KNOTS,
@@ -35,7 +35,6 @@ from papilla.estimators.wavelength.spectrum import (
     strokes_of,
     vertex,
 )
-from papilla.estimators.wavelength.time_lines import forward, silenced
 
 TIME = np.arange(900) / 1000
 
@@ -125,11 +124,6 @@ def test_a_hint_is_more_than_noise_where_a_multiple_of_a_lower_fundamental_would
         assert hints(quiet, [CHOSEN, *lines], CHOSEN, divisor, 0.08, lowest) == hinted
 
 
-def test_what_is_near_no_multiple_stays():
-    lines = [Line(k, 9.0, 1.0, 1e-6) for k in (0.2, 0.49, 0.53, 0.97, 1.25, 1.51)]
-    assert [line.wavenumber for line in no_multiples(lines, 0.5, 0.02)] == [0.2, 0.53, 0.97, 1.25]
-
-
 def test_helpers_are_numpys_and_sizes_powers_of_two():
     rng = np.random.default_rng(4)
     for count in (2, 7, 40):
@@ -174,31 +168,6 @@ def test_a_cubic_grid_shows_the_sum_over_the_rows_themselves():
     exact = np.abs(np.exp(-2j * np.pi * np.outer(k, place - place[0])) @ (strokes.weight[:, None] * strokes.readings))
     assert pytest.approx(exact, abs=2e-3 * exact.max()) == spectrum.each[:, 1:].T ** 0.5
     assert spectrum.each.shape == (2, 200) and spectrum.step == pytest.approx(k[0])
-
-
-def test_lines_over_time_leave_the_readings_without_a_surface_too():
-    """The loudest, and those that are more than half as loud; on the way back a place runs forward."""
-    place = np.where(TIME < 0.45, 80 * TIME, 72 - 80 * TIME)
-    assert np.diff(place).min() < 0
-    waves = [size * np.cos(2 * np.pi * f * TIME + 1) for size, f in ((2.0, 61.0), (1.2, 83.0), (0.8, 120.0))]
-    strokes, third = (
-        completed(strokes_of(place, rows[:, None], np.array([0, 450, 900]))) for rows in (sum(waves), waves[2])
-    )
-    assert np.diff(forward(strokes)[:450]).min() > 0 and np.diff(forward(strokes)[450:]).min() > 0
-    lines = [Line(f, 100.0, size, 1e-9) for size, f in ((2.0, 61.0), (1.2, 83.0), (0.8, 120.0))]
-    result = completed(silenced(strokes, TIME, lines))
-    inner = np.r_[60:390, 510:840]
-    assert np.std((result.readings - third.readings)[inner]) < 0.1
-    assert completed(silenced(strokes, TIME, [])) is strokes
-
-
-def test_options_hold_the_mains_below_half_the_rate_and_the_resonances():
-    options = checked((0.4, 6.0), 500.0, 0.01, 0.02, (33.0,), 1.5)
-    assert options.hums_Hz == (33.0, 50.0, 60.0, 100.0, 120.0, 150.0, 180.0, 200.0, 240.0, 250.0)
-    assert options[:2] == (0.4, 6.0) and options[2:5] == (500.0, 0.01, 0.02) and options.ridge_pitch_mm == 1.5
-    assert checked((0.4, 6.0), 500.0, 0.01, None, ()).latency_s is None
-    gone = SearchResult(kept=0.2, kept_sigma=0.09)
-    assert gone.gone and not SearchResult(kept=0.2, kept_sigma=0.11).gone and not SearchResult().gone
 
 
 def looked(place, readings, **task_values):
