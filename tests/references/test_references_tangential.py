@@ -118,23 +118,12 @@ def test_dundurs_beta_and_the_sphere_of_a_punch():
     """Swapped bodies change its sign, like ones have none; without friction the sphere is Hertz's."""
     assert ref.dundurs_beta(0.7, 0.2) == pytest.approx((1 - 0.4) / (2 * (1 - 0.2)))
     assert ref.dundurs_beta(0.7, 0.2, 1.9, 0.4) == pytest.approx(-ref.dundurs_beta(1.9, 0.4, 0.7, 0.2))
-    one, other = ((1 - 2 * nu) * (1 + nu) / modulus for modulus, nu in ((0.7, 0.2), (1.9, 0.4)))
+    first, second = ((1 - 2 * nu) * (1 + nu) / modulus for modulus, nu in ((0.7, 0.2), (1.9, 0.4)))
     e_star = ref.effective_modulus(0.7, 0.2, 1.9, 0.4)
-    assert ref.dundurs_beta(0.7, 0.2, 1.9, 0.4) == pytest.approx((one - other) * e_star / 2)
+    assert ref.dundurs_beta(0.7, 0.2, 1.9, 0.4) == pytest.approx((first - second) * e_star / 2)
     force, depth = ref.frictional_punch(0.0).sphere(0.3, 20.0, 0.5)
     hertz = ref.hertz_sphere_at(depth, 20.0, 0.5)
     assert (hertz.a, hertz.force) == pytest.approx((0.3, force))
-    inward, outward = (ref.frictional_punch(beta, 0.35) for beta in (0.21, -0.21))
-    assert inward.shear_moment == -outward.shear_moment != 0
-    assert inward.force_factor == outward.force_factor and inward.stick_radius == outward.stick_radius
-
-
-@pytest.mark.parametrize("friction", (0.2, 0.35))
-def test_where_a_punch_slips_the_shear_is_friction_times_pressure(friction):
-    """Little sticks at a small friction: q = mu p, and int q r dA is mu times Hertz's int p r dA = 3 pi/16 F a."""
-    found = ref.frictional_punch(0.49, friction / 4)
-    assert found.shear_moment == pytest.approx(friction / 4 * 3 * math.pi / 16, rel=0.02)
-    assert found.stick_radius < 0.02
 
 
 def test_unusable_values_are_refused():
