@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.calibration import BicubicSurface, PositionTerms
+from papilla.core.short_repr import html_table
 from papilla.identification import MaterialTests, fit_material
 from papilla.logs import PressLog
 from papilla.model.materials import NeoHookean
@@ -31,3 +32,10 @@ TESTS = MaterialTests(STRETCH, NeoHookean(0.1).nominal_stress(STRETCH, "uniaxial
 )
 def test_arrays_are_shown_by_their_shapes(thing, shown):
     assert shown in repr(thing) and "\n" not in repr(thing) and len(repr(thing)) < 400
+
+
+def test_a_table_of_a_notebook_has_five_digits_and_no_markup_of_its_cells():
+    page = html_table("a < b", [("x & y", 1.2345678), (3, "z")], ("name", "µ"))
+    assert page.startswith("<b>a &lt; b</b><table><tr><th>name</th><th>µ</th></tr><tr><td>x &amp; y</td>")
+    assert page.endswith("<td>1.2346</td></tr><tr><td>3</td><td>z</td></tr></table>")
+    assert "<th>" not in html_table("t", [(1,)])
