@@ -200,7 +200,7 @@ def test_designs_come_in_batches_and_times_are_those_of_this_run(made_up, ran):
 def test_an_optimiser_ends_at_a_limit_beyond_which_its_goal_would_be_better(ran):
     bound = 3500
     found = ran(
-        (GOALS, '["signal_over_noise"]'), ("designs = 12", 'kind = "optimise"\ndesigns = 32\nseed = 3'),
+        (GOALS, '["signal_over_noise"]'), ("designs = 12", 'kind = "optimise"\ndesigns = 48\nseed = 3'),
         ("[sampler]", f"[constraints]\nsignal_over_noise = {{ most = {bound} }}\n[sampler]"),
     ).results  # fmt: skip
     signal = found.values("signal_over_noise")
