@@ -9,19 +9,9 @@ import sys
 import numpy as np
 import pytest
 
-from papilla.core import seams
+from papilla.core import files, seams
 from papilla.core.errors import FileAccessError
-from papilla.core.files import (
-    OLD_S,
-    check_writable,
-    replacing,
-    replacing_set,
-    scratch,
-    sidecar,
-    toml_lines,
-    toml_value,
-    write_text,
-)
+from papilla.core.files import OLD_S, check_writable, replacing, replacing_set, scratch, sidecar, write_text
 from papilla.core.outside import toml
 
 
@@ -193,10 +183,10 @@ def drawn_value(rng, depth):
 def test_what_is_written_as_toml_is_read_back(seed):
     rng = np.random.default_rng(seed)
     content = {f"x{k}": drawn_value(rng, 3) for k in range(8)}
-    assert toml("\n".join(toml_lines(content)), "t.toml") == content
+    assert toml("\n".join(files.toml_lines(content)), "t.toml") == content
 
 
 def test_lists_of_lists_have_a_line_each():
-    assert toml_value([(1, 2), (3.5, 4)]).count("\n") == 3 and toml_value([(1, 2), 3]).count("\n") == 3
-    assert toml_value([1, "a", 3]) == '[1, "a", 3]' and toml_value((1.5, 2)) == "[1.5, 2]"
-    assert toml_value("a\u202eb") == '"a\\u202eb"'
+    assert files.toml_value([(1, 2), (3.5, 4)]).count("\n") == 3 and files.toml_value([(1, 2), 3]).count("\n") == 3
+    assert files.toml_value([1, "a", 3]) == '[1, "a", 3]' and files.toml_value((1.5, 2)) == "[1.5, 2]"
+    assert files.toml_value("a\u202eb") == '"a\\u202eb"'

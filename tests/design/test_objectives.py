@@ -123,14 +123,6 @@ def test_what_follows_from_sigma(design):
     assert of("signal_over_noise", one) == pytest.approx(one.sd.min() / (SCENE.gauge_noise_microstrain / math.sqrt(5)))
 
 
-def test_unknown_friction_is_the_change_to_a_press_without_it(design):
-    one, (force, modulus) = design(), SCENE.grid
-    free, stuck = np.log(one.sd)
-    change = one.surfaces.surface.uncertainty.friction(force, modulus)
-    inside = np.isfinite(change)
-    assert inside.any() and change[inside] == pytest.approx((free - stuck)[inside], abs=1e-3)
-
-
 def test_the_force_at_a_depth_makes_that_depth(design):
     force, modulus = SCENE.grid
     hardest = modulus == modulus.max()
@@ -142,20 +134,6 @@ def test_the_force_at_a_depth_makes_that_depth(design):
     for deep in (0.9 * depth[0], 1.1 * depth[-1]):
         with pytest.raises(InputError, match=f"depth_mm {deep:g} is outside what the forces reach"):
             of("force_at_depth", design(scene=replace(SCENE, depth_mm=deep)))
-
-
-def test_the_worst_over_tolerances_grows_with_each_of_them(design):
-    row, none = Places.row(foil_of(FINGER.gauges)), Tolerances(0.0, 0.0, 0.0, 0.0)
-    own = of("worst_over_tolerances", design(scene=replace(SCENE, tolerances=none), places=row))
-    assert own == of("sigma_gauges", design(places=row))
-    for changes in ({"gauge_mm": 1.0}, {"moduli": 0.5}):
-        few, many = (
-            design(scene=replace(SCENE, tolerances=replace(none, **{k: size * v for k, v in changes.items()})),
-                   places=row)
-            for size in (0.5, 1.0)
-        )  # fmt: skip
-        assert own <= of("worst_over_tolerances", few) <= of("worst_over_tolerances", many)
-    assert own < of("worst_over_tolerances", many), "harder or softer layers tell less"
 
 
 def test_a_geometry_covers_a_range_of_ratios_and_its_gauges_are_sums_of_sites(design):
