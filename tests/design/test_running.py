@@ -18,7 +18,7 @@ from papilla.design.job import write_page
 from papilla.design.parameters import made
 from papilla.design.places import Places
 from papilla.design.results import first_words, summary
-from papilla.design.running import Price, price
+from papilla.design.running import Price, pool, price
 from papilla.model.finger import Finger
 
 FINGER = Finger.default()
@@ -167,6 +167,17 @@ def test_what_a_worker_sends_is_checked(made_up_geometry, forge):
     with pytest.raises(InputError) as refused:
         check_done(forge(done), batch)
     assert "\n" not in str(refused.value) and len(str(refused.value)) < 1000
+
+
+@pytest.mark.parametrize("workers, how", [(0, "this process"), (1, "1 process on this machine"),
+                                          (2, "2 processes on this machine")])  # fmt: skip
+def test_a_pool_says_what_it_is(workers, how):
+    with pool(workers, None) as made_pool:
+        assert (made_pool.workers, made_pool.how) == (max(workers, 1), how)
+        if not workers:
+            assert made_pool.executor.submit(divmod, 7, 2).result() == (3, 1)
+            with pytest.raises(ZeroDivisionError):
+                made_pool.executor.submit(divmod, 7, 0).result()
 
 
 @pytest.mark.parametrize("geometries, workers, seconds", [(1, 1, 20.0), (3, 1, 36.0), (3, 2, 18.0)])
