@@ -133,6 +133,16 @@ def test_a_batch_of_another_version_is_left_to_others(made_up_geometry):
     good, bad = done.records
     assert good.status == "ok" and set(good.found) == {"sigma_sd"} and "a study covers" in bad.status
     assert set(done.spent) == {"gauges", "scenes"} and 10 < done.memory_MB < 1e5
+    with pytest.raises(InputError, match=r"^a worker has papilla 0\.0, this client has "):
+        check_done(replace(done, version="0.0"), batch)
+
+    def no_geometry(*_places):
+        raise InputError("no mesh")
+
+    failed = evaluate(replace(batch, fingers=(FINGER, stiff), version=version(), geometry=no_geometry))
+    assert [(one.status, one.finger_sha256) for one in failed.records] == [("no mesh", FINGER.sha256),
+                                                                           ("no mesh", stiff.sha256)]  # fmt: skip
+    check_done(failed, replace(batch, fingers=(FINGER, stiff)))
 
 
 def of_record(**values):
