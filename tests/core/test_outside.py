@@ -132,7 +132,12 @@ def test_a_key_is_for_its_user_alone(tmp_path):
         with pytest.raises(NotOwnError, match="others can read or write .*chmod 600"):
             outside.read_key(path)
     path.chmod(0o600)
-    assert outside.read_key(path) == b"0123 45"
+    assert outside.read_key(path) == b"0123 45" == outside.own_bytes(path, private=True).strip()
+    for mode in (0o640, 0o604):
+        path.chmod(mode)
+        assert outside.own_bytes(path).strip() == b"0123 45", "others may read a store"
+        with pytest.raises(NotOwnError, match="others can read"):
+            outside.own_bytes(path, private=True)
     with pytest.raises(FileAccessError, match="it is not a regular file"):
         outside.checked_file(tmp_path)
 
