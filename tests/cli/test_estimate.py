@@ -395,3 +395,17 @@ def test_force_depth_says_where_it_has_no_answer():
     np.testing.assert_allclose(modulus, 0.3, rtol=2e-3, err_msg="the sweep's own least and largest force")
     with pytest.raises(InputError, match="the sweep must hold the depth"):
         ForceDepth(force, force, force)
+
+
+@pytest.mark.parametrize("zeros, right", [([1.0] * 5, True), ([1.0] * 4, False), (["1"] * 5, False), (3.0, False)])
+def test_zeros_of_a_calibration_are_a_number_for_each_gauge(papilla, refused, tmp_path, calibrated, zeros, right):
+    document = json.loads((tmp_path / calibrated).read_text())
+    document["finger"]["zeros_microstrain"] = zeros
+    (tmp_path / calibrated).write_text(json.dumps(document))
+    time, force = np.arange(0, 2, 0.01), np.full(200, 0.5)
+    write_table(tmp_path / "log.csv", {"t_s": time, "force_N": force} | gauges_of(readings(force, 0.2) + 1.0))
+    command = ("estimate", "log.csv", "--calibration", calibrated, "--out", "est.csv")
+    if right:
+        assert papilla(*command).code == 0
+    else:
+        assert "finger.zeros_microstrain must hold 5 numbers" in refused(*command)

@@ -33,3 +33,14 @@ def test_trained_on_two_speeds_it_knows_a_third(papilla, tmp_path):
     told = json.loads(answer.out)
     assert answer.code == 0 and told["label"] == "coarse" and told["share"] > 0.8
     assert "coarse" in papilla("texture", "classify", "other.csv", "--model", "model.json").out
+
+
+def test_without_a_second_speed_of_each_label_a_repetition_is_left_out(papilla, tmp_path):
+    named = []
+    for name, wavelength, speeds in (("fine", 1.5, (30.0, 60.0)), ("coarse", 4.0, (30.0, 31.0))):
+        for number, speed in enumerate(speeds):
+            write(tmp_path / f"{name}{number}.csv", wavelength, speed, number)
+            named.append(f"{name}={name}{number}.csv")
+    options = ("--window", "20", "--wavelengths", "1", "10", "--bands", "5", "--out", "model.json", "--json")
+    trained = papilla("texture", "train", *named, *options)
+    assert trained.code == 0 and json.loads(trained.out)["left_out"] == "a repetition"
