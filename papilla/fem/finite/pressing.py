@@ -278,7 +278,7 @@ def result(scene: PressProblem, equilibrium: State, force: float | None, sentenc
     pressure = equilibrium.contact[: len(equilibrium.active)]
     total = float(len(patch.images) * patch.mass @ pressure)
     shape = contact_shape(current, pressure * patch.mass / current.mass)
-    taken = (touching.at(equilibrium.displacement).compliance @ equilibrium.contact)[: len(pressure)] / patch.mass
+    taken = (touching.compliance @ equilibrium.contact)[: len(pressure)] / patch.mass
     specimen.refuse(float(taken.max()), float(np.sqrt(shape.area / np.pi)))
     sentence += _stability(scene, equilibrium)
     coarse = too_coarse(shape.area, current.mean_edge(equilibrium.active), scene.body.space.mesh.size_mm)

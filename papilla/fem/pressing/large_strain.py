@@ -40,9 +40,9 @@ FIRST_GAUGE = len(CONTACT_MEASURES)
 
 POLYNOMIAL_POWERS = [
     [(i, j) for i in range(force + 1) for j in range(min(area, force - i) + 1)]
-    for force, area in ((4, 4), (4, 3), (3, 3))
+    for force, area in ((5, 4), (4, 4), (4, 3), (3, 3))
 ]
-"""Powers of force and area in the polynomials: 15, 14 or 10 terms. The change varies much with the force, as the
+"""Powers of force and area in the polynomials: 20, 15, 14 or 10 terms. The change varies much with the force, as the
 contact approaches the gauges and the bone, and little with the area."""
 
 PRESSES_A_TERM, CROSS_VALIDATED_PRESSES = 1.4, 24
