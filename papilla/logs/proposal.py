@@ -160,7 +160,7 @@ def _all(name: str) -> bool:
 def _header_line(path: Path) -> int:
     """Number (from 1) of the first line that two rows of equally many cells, several of them numbers, follow."""
     fault = ""
-    for line in range(1, MOST_SKIPPED):
+    for line in range(1, MOST_SKIPPED + 1):
         try:
             with TableReader(path, _all, header_line=line) as reader:
                 reader.want(_all, tuple(reader.header))

@@ -113,9 +113,7 @@ def _outward(path: str, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarr
     neighbours = np.argsort(edge.ravel(), kind="stable").reshape(-1, 2) // 3
     if components(neighbours, len(triangles)).max() > 0:
         raise FileFormatError(f"{path}: the surface is in more than one piece")
-    turned = _poly(vertices, triangles).compute_normals(
-        cell_normals=True, point_normals=False, split_vertices=False, consistent_normals=True
-    )
+    turned = _poly(vertices, triangles).compute_normals(point_normals=False, consistent_normals=True)
     triangles = np.asarray(turned.regular_faces)
     directed = edges_of(triangles).reshape(-1, 2)
     if len(np.unique(directed, axis=0)) < len(directed):

@@ -107,7 +107,7 @@ def turning(draft: Draft, every_s: float, speed_mm_s: float, half_turn: float) -
     """To and fro at a constant speed; each stroke lasts `every_s`, and this share of it is half a turn."""
     beat = np.sin(math.pi * draft.time_s / every_s)
     velocity = speed_mm_s * np.clip(beat / math.sin(math.pi * half_turn), -1, 1)
-    draft.moves(velocity, (np.cumsum(velocity) - (velocity + velocity[0]) / 2) / draft.rate_Hz)
+    draft.moves(velocity, (np.cumsum(velocity) - velocity / 2) / draft.rate_Hz)
 
 
 # ---- The skin, before it feels the surface

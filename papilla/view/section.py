@@ -153,11 +153,12 @@ def _bone_polygons(finger: Finger, mesh: LayeredMesh) -> list[np.ndarray]:
 
 
 def _gauge_bars(field: Field, finger: Finger, scale: float) -> np.ndarray:
-    """Deformed ends (g, 2, 3) of the gauges' grids."""
+    """Deformed ends (g, 2, 3) of the middle line of each gauge's grid."""
     interface = surfaces_of(finger)["interface"]
     bars = []
     for gauge in finger.gauges:
-        ends = strain_functional(gauge, gauge_frame(finger, gauge, interface), interface).points
+        lines = strain_functional(gauge, gauge_frame(finger, gauge, interface), interface).points.reshape(-1, 2, 3)
+        ends = lines[len(lines) // 2]
         bars.append(ends + scale * np.nan_to_num(surface_displacement(field, "interface", ends[:, :2])))
     return np.array(bars)
 

@@ -8,10 +8,12 @@ import pytest
 from matplotlib.text import Text
 
 from papilla.cli.speed import FULL_PLAN, SHORT_PLAN, BenchRow, SpeedBench
-from papilla.cli.speed.measure import measure
+from papilla.cli.speed.measure import FINITE_FORCES_GF, FORCES_GF, SWEEP_SPECIMEN, answers, drawn, measure
 from papilla.cli.speed.price_figure import price_figure
-from papilla.cli.speed.runner import pareto_front
-from papilla.model.finger import Finger
+from papilla.cli.speed.runner import pareto_front, with_front
+from papilla.fem import prepare, press
+from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.model.finger import DEFAULT_FINGER, Finger
 from papilla.view.style import ACCENT_COLORS
 
 KEYS = {
@@ -52,6 +54,9 @@ def test_front_keeps_what_nothing_beats():
     seconds, error = np.array([1.0, 2.0, 2.0, 3.0, 4.0, 4.0]), np.array([5.0, 3.0, 4.0, 3.0, 1.0, 1.0])
     assert pareto_front(seconds, error).tolist() == [True, True, False, False, True, True]
     assert pareto_front(np.array([1.0]), np.array([9.0])).tolist() == [True]
+    rows = [measured(2.0, off=0.2), measured(1.4, off=0.1), measured(0.7), measured(2.0, fidelity="finite", off=0.01)]
+    marked = [row.pareto for row in with_front([row.against(rows[2]) for row in rows])]
+    assert marked == [False, True, False, False], "neither the reference nor finite takes part"
 
 
 def test_sentences_name_the_stages_and_what_small_strain_costs():
@@ -66,11 +71,29 @@ def test_sentences_name_the_stages_and_what_small_strain_costs():
     assert "set-up of Taylor-Hood on 0.7 mm: factorisation 2.00 s, reduction 3.00 s" in found.sentences()
 
 
+def test_scenes_are_drawn_in_their_ranges_and_answers_are_presses():
+    reduced = prepare(Finger.default(), size_mm=2.8)
+    seconds = drawn(reduced, 4, seed=5, fidelity="hertz")
+    assert len(seconds) == 4 and 0 <= min(seconds) <= max(seconds) < 2
+    asked = []
+    values = answers(lambda force: asked.append(force) or press(reduced, SWEEP_SPECIMEN, force=force), FINITE_FORCES_GF)
+    assert asked == pytest.approx([0.0980665, 0.2941995, 0.980665]) and values.shape == (3, 3)
+    middle = press(reduced, SWEEP_SPECIMEN, force=asked[1])
+    assert values[:, 1] == pytest.approx([middle.sd, middle.indentation, middle.contact_area])
+    assert (np.diff(values, axis=1) > 0).all() and (SWEEP_SPECIMEN.modulus, SWEEP_SPECIMEN.thickness) == (0.51, 10)
+    assert 100 * FORCES_GF[0] == 10 * FORCES_GF[-1] == 1000 and set(FINITE_FORCES_GF) <= set(FORCES_GF)
+
+
 @pytest.mark.parametrize("plan", [FULL_PLAN, SHORT_PLAN])
 def test_plans_hold_what_rows_are_compared_with(plan):
     assert plan.default_mm in plan.sizes_mm and min(plan.sizes_mm) == plan.sizes_mm[-1]
     assert set(plan.finite_sizes_mm) <= set(plan.sizes_mm), "small strain is taken on the mesh of a finite row"
     assert min(plan.finite_sizes_mm) == plan.finite_sizes_mm[-1]
+    shipped = {float(path.name.split("_")[1]) for path in (DEFAULT_FINGER.parent / "meshes").glob("dome_[0-9]*.npz")}
+    finest = DEFAULT_SIZE_MM / 2 if plan is FULL_PLAN else DEFAULT_SIZE_MM
+    every = {*plan.sizes_mm, *plan.other_sizes_mm, *plan.finite_sizes_mm}
+    assert every <= shipped | {finest} and plan.sizes_mm[-1] == finest and set(plan.other_sizes_mm) < set(plan.sizes_mm)
+    assert set(plan.finite_forces_gf) <= set(FORCES_GF)
 
 
 def test_the_figure_shows_curves_front_and_the_best_price():
@@ -105,12 +128,13 @@ def test_the_figure_shows_curves_front_and_the_best_price():
     assert 5.0 not in slow.axes[0].get_xticks() and "finite: to itself on a finer mesh" in told
 
 
-@pytest.mark.slow
 def test_a_fidelity_that_refuses_has_no_figures():
     """No patch holds a contact of 50 N: nothing is left out, and nothing is made up."""
-    hertz, contact = measure(Finger.default(), 0.7, "P1", forces_gf=(10, 5000))
+    hertz, contact = measure(Finger.default(), 2.8, "P1", forces_gf=(10, 5000))
     assert hertz.status.startswith("refused: ") and contact.status.startswith("refused: ")
-    assert np.isnan(contact.answers).all() and np.isnan(contact.seconds_thousand) and contact.dofs > 1000
+    assert np.isnan(contact.answers).all() and np.isnan(contact.seconds_thousand) and contact.dofs > 100
+    assert 20 < contact.peak_memory_MiB < 20_000
+    assert contact.patch_nodes == hertz.patch_nodes and contact.factor_nonzeros > contact.dofs
     row = contact.against(measured(0.35))
     assert row.status == contact.status and np.isnan(row.error_sd) and row.seconds_setup > 0
 

@@ -11,10 +11,11 @@ from spring_calibration import calibration
 from papilla.calibration import Calibration
 from papilla.calibration.fitting import job
 from papilla.calibration.fitting.fit import with_compact
+from papilla.cli.calibrate import SweepOptions
 from papilla.core.tables import write_table
 from papilla.logs import read_presses
 from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.model.finger import DEFAULT_FINGER
+from papilla.model.finger import DEFAULT_FINGER, Finger
 
 
 @pytest.mark.slow
@@ -54,6 +55,26 @@ def test_help_shows_how_a_finger_from_surface_files_is_written(papilla):
     assert f'"shape" of a design names three closed surface files beside it, as papilla/data/{SCANNED} does' in told
     assert f'kind = "surfaces", {SHAPE_FORMS["surfaces"]}' in told and (DEFAULT_FINGER.parent / SCANNED).exists()
     assert f"[default: {DEFAULT_SIZE_MM:g}, that of the meshes that ship]" in " ".join(told.replace("│", " ").split())
+
+
+@pytest.mark.parametrize("quick", [False, True])
+def test_options_of_a_sweep_are_even_ranges_or_what_is_listed(quick):
+    def swept(**stated):
+        names = ("thickness", "force_range", "moduli")
+        return SweepOptions(**({"specimen": "block", "quick": quick} | dict.fromkeys(names) | stated))
+
+    counts = (job.QUICK_FORCES, job.QUICK_MODULI) if quick else (len(job.DEFAULT_FORCES), len(job.DEFAULT_MODULI))
+    ends = {"forces": (job.DEFAULT_FORCES[0], job.DEFAULT_FORCES[-1]), "moduli": (0.1, 1.0)}
+    table = swept(moduli="1,0.1").table()
+    assert table["quick"] == quick and ("forces" in table) == quick, "what is usual is left to the library"
+    for (name, (low, high)), count in zip(ends.items(), counts, strict=True):
+        if name in table:
+            np.testing.assert_allclose(table[name], low * (high / low) ** (np.arange(count) / (count - 1)))
+    assert swept(moduli="0.3,0.1,0.2").table()["moduli"] == (0.1, 0.2, 0.3)
+    assert swept(force_range=(0.1, 0.4)).table()["forces"][:: counts[0] - 1] == pytest.approx((0.1, 0.4))
+    design = Finger.default()
+    assert swept().bench_of(design) == design and swept(thickness=8.0).bench_of(design).bench.thickness == 8
+    assert swept(specimen="half-space").bench_of(design).bench.thickness == np.inf
 
 
 SCANNED = "surfaces_finger.toml"

@@ -2,8 +2,9 @@
 
 import json
 
+import numpy as np
 import pytest
-from spring_calibration import calibration
+from spring_calibration import FORCE, calibration
 
 
 @pytest.fixture
@@ -19,7 +20,16 @@ def test_two_calibrations_are_compared(papilla, tmp_path, files):
     assert [row["name"] for row in facts["rows"]] == ["a.json", "b.json"] and facts["rows"][0]["press_ms"] is None
     assert facts["html"] == "c.html" and (tmp_path / "c.html").stat().st_size > 10_000
     assert any("are alike" in sentence for sentence in facts["verdicts"])
-    told = papilla("compare", "a.json", "b.json").out
+    for ends, covered in ((facts["domain"]["modulus_MPa"], (0.1, 1.0)), (facts["domain"]["force_N"], FORCE)):
+        assert covered[0] <= ends[0] < ends[1] <= covered[1] and np.prod(ends) == pytest.approx(np.prod(covered))
+    table = (tmp_path / "c.csv").read_text().splitlines()
+    assert len(table) == 3 and facts["csv"] == "c.csv" and facts["rows"][0]["name"] in table[1]
+    answer = papilla("compare", "a.json", "b.json", "--csv", "d.csv")
+    told = answer.out
+    assert told.splitlines()[-1] == "Wrote d.csv"
+    for row in facts["rows"]:
+        line = next(line for line in told.splitlines() if row["name"] in line)
+        assert f"{row['sd_microstrain']:,.0f}" in line and f"{row['sigma']:.1%}" in line
     assert all(sentence.split(" (")[0] in told for sentence in facts["verdicts"])
 
 

@@ -118,6 +118,27 @@ def test_each_option_of_a_press_changes_what_it_names(papilla):
     assert json.loads(finer.out)["sd_microstrain"] != plain["sd_microstrain"]
 
 
+def test_a_touch_log_rests_rises_evenly_and_is_held(papilla, tmp_path):
+    """0.2 s in the air, which give the zero, half a second of loading, half a second held; a field beside it."""
+    meshio = pytest.importorskip("meshio")
+    force = 0.4
+    facts = coarse(papilla, "--modulus", 0.5, "--force", force, "--log", "touch.csv", "--export", "field.vtu")
+    log = read_time_log(tmp_path / "touch.csv")
+    ramp = force * np.clip((log.t_s - 0.2) / 0.5, 0, 1)
+    assert len(log) == 1200 and log.sample_rate_Hz == pytest.approx(1000)
+    touched = log.force_N > 0
+    np.testing.assert_allclose(log.force_N, np.where(ramp < 0.01, 0, ramp), atol=1e-9)
+    assert log.force_N[touched].min() == pytest.approx(0.0104, abs=1e-6), "half of what estimators see as contact"
+    assert not log.readings[~touched].any() and (log.readings[701:] == facts["reading_microstrain"]).all()
+    deep = np.loadtxt(tmp_path / "touch.csv", delimiter=",", skiprows=1)[:, -1]
+    assert deep[-1] == pytest.approx(facts["indentation_mm"]) and (np.diff(deep[touched][:480]) > 0).all()
+    assert (np.diff(log.readings.std(axis=1)[touched][:480]) > 0).all()
+    field = meshio.vtu.read(str(tmp_path / "field.vtu"))
+    assert field.point_data["displacement_mm"][:, 2].min() == pytest.approx(-facts["indentation_mm"], rel=0.2)
+    assert (facts["log"], facts["field"]) == ("touch.csv", "field.vtu")
+    assert "Wrote field.vtu" in papilla("press", "--modulus", 0.5, "--force", 0.4, *COARSE, "--export", "field.vtu").out
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_force_and_indentation_lead_to_each_other(papilla, seed):
     modulus, force = np.exp(np.random.default_rng(seed).uniform(np.log([0.05, 0.05]), np.log([2, 0.8])))

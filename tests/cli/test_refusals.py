@@ -35,6 +35,7 @@ FILES = {
     "still.csv": "t_s,g1,position_mm\n0,1,5\n1,2,5\n2,3,5\n",
     "moving.csv": "t_s,g1,velocity_mm_s\n0,1,5\n1,2,5\n2,3,5\n",
     "file": "",
+    "study.toml": "colour = 1\n",
 }
 
 REFUSED = f"""
@@ -143,6 +144,16 @@ texture train fine=tangential.csv --out m.json | textures need gauges
 texture train fine=still.csv --out m.json | the finger does not move
 texture train fine=log.csv --out log.csv | would overwrite the input
 texture classify log.csv --model none.json | cannot read texture model none.json
+design study.toml --workers 0 | --workers must be from 1 to
+design study.toml --workers 100000 | --workers must be from 1 to
+design study.toml --workers 1 --scheduler tcp://host:1 | not both
+design study.toml --place 9 | --place must be from 1 to 8, got 9
+design study.toml --place 0 | --place must be from 1 to 8, got 0
+design study.toml --insecure | are for --scheduler; other studies open no port
+design study.toml --tls-ca file | are for --scheduler; other studies open no port
+design study.toml --scheduler tcp://host:1 | tcp://host:1 is open
+design study.toml | study.toml
+design study.toml --place 8 --workers 1 | study.toml
 bench --short --out file | cannot write to folder
 bench --short --finger missing.toml | missing.toml
 compare default | at least two

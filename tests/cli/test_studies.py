@@ -4,6 +4,25 @@ import json
 
 import pytest
 
+from papilla.cli.verify import answer_of
+from papilla.verify import Case
+
+
+def test_a_case_outside_its_bound_is_an_exit_code_and_a_word(capsys):
+    cases = [Case("small", "a share", 1e-4, 1e-3, 2.0), Case("large", "a length", 0.5, 0.1, 3.0)]
+    verdicts = [answer_of(some, ["left out"]) for some in (cases[:1], cases)]
+    assert [(verdict.code, verdict.facts["passed"]) for verdict in verdicts] == [(0, True), (1, False)]
+    assert verdicts[1].facts["skipped"] == ["left out"]
+    assert [[case[key] for key in ("name", "error", "bound", "passed")] for case in verdicts[1].facts["cases"]] == [
+        ["small", 1e-4, 1e-3, True], ["large", 0.5, 0.1, False]
+    ]  # fmt: skip
+    verdicts[1].show()
+    said = capsys.readouterr().out.splitlines()
+    assert said[-1] == "2 cases, 1 outside their bounds, 5 s"
+    for line, words in ((said[-4], "small a share 1.0e-04 1e-03 ok 2.0"), (said[-3], "large a length 5.0e-01 1e-01")):
+        assert words in " ".join(line.replace("│", " ").split())
+    assert "MISSED" in said[-3] and "MISSED" not in said[-4]
+
 
 @pytest.mark.slow
 def test_cases_of_one_family_have_errors_bounds_and_a_verdict(papilla):

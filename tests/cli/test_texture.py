@@ -17,7 +17,6 @@ def write(path, wavelength, speed, seed):
     np.savetxt(path, rows, delimiter=",", header="t_s,g1,g2,g3,velocity_mm_s", comments="")
 
 
-@pytest.mark.slow
 def test_trained_on_two_speeds_it_knows_a_third(papilla, tmp_path):
     named = []
     for name, wavelength in (("fine", 1.5), ("coarse", 4.0)):

@@ -21,7 +21,7 @@ from filelock import FileLock
 import papilla
 from papilla import calibration
 from papilla.core import cache, outside, seams
-from papilla.core.errors import InputError, NotOwnError
+from papilla.core.errors import FileAccessError, InputError, NotOwnError
 from papilla.fem.preparing import REDUCED_BY
 from papilla.fem.pressing import prices
 from papilla.mesh.worker import read_surface
@@ -369,3 +369,37 @@ def test_a_full_disk_does_not_refuse_what_was_computed(monkeypatch):
     with pytest.warns(RuntimeWarning, match="No space left on device"):
         assert value_of() == 1.0
     assert not cache.entries() and {path.suffix for path in cache.folder().rglob("*.*")} <= {".lock"}
+
+
+def test_an_entry_is_sealed_by_the_secret_of_its_user_alone():
+    """By a code that is keyed by the secret, of category, key and content; the line before it does not tell the
+    secret."""
+    cache.keep("thing", "a", Maker()())
+    line, _, body = cache.entry("thing", "a").read_bytes().partition(b"\n")
+    secret = cache.secret_file().read_bytes()
+    name, seal = line.split()
+    assert len(secret) == 32 and seal.decode() == hmac.new(secret, b"thing a\n" + body, "sha256").hexdigest()
+    assert name.decode() == hmac.new(secret, b"name", "sha256").hexdigest()[:16]
+
+
+@NO_OWNERS
+def test_a_warning_points_at_the_line_that_asked(monkeypatch):
+    cache.fetch("thing", "a", Maker())
+    cache.entry("thing", "a").write_bytes(b"")
+    with pytest.warns(RuntimeWarning, match="damaged") as damaged:
+        cache.fetch("thing", "a", Maker())
+    cache.folder().chmod(0o777)
+    with pytest.warns(RuntimeWarning, match="others can write") as unsafe:
+        cache.fetch("thing", "a", Maker())
+    cache.folder().chmod(0o700)
+    monkeypatch.setenv("PAPILLA_CACHE_PATIENCE_S", "0.01")
+    with FileLock(f"{cache.entry('thing', 'b')}.lock"), pytest.warns(RuntimeWarning) as waited:
+        cache.fetch("thing", "b", Maker(), give_up_s=0.01)
+    assert [one[0].filename for one in (damaged, unsafe, waited)] == [__file__] * 3
+
+
+def test_what_cannot_be_removed_is_named():
+    cache.fetch("thing", "a", Maker())
+    (cache.folder() / "thing" / "b.entry").mkdir()
+    with pytest.raises(FileAccessError, match=r"cannot remove cache entry .*b\.entry"):
+        cache.clean()

@@ -83,3 +83,19 @@ def test_a_place_is_two_numbers(given):
     assert checks.place("at", np.array([1.0, -2.0])) == (1.0, -2.0)
     with pytest.raises(InputError, match="^at must be two numbers .x, y. in mm, got "):
         checks.place("at", given)
+
+
+def test_a_name_is_a_line_that_can_be_printed():
+    for text in ("a", "x" * checks.LONGEST_NAME_LETTERS, "Größe 2\u00a0mm", "指 №4"):
+        assert checks.name("finger", text) == text
+    for text, said in (("", "got 0 letters"), ("x" * 201, "1 to 200 letters, got 201 letters"), (3, "got 3"),
+                       ("a\nb", "cannot be printed"), ("a\u202eb", "cannot be printed")):  # fmt: skip
+        with pytest.raises(InputError, match=f"^finger .*{said}"):
+            checks.name("finger", text)
+
+
+def test_the_square_of_a_place_is_finite():
+    assert checks.place("at", (1e12, -1e12)) == (1e12, -1e12)
+    for far, letter in (((1.01e12, 0), "x"), ((0, -1.01e12), "y"), ((-1.01e12, 0), "x")):
+        with pytest.raises(InputError, match=rf"^at {letter} .mm. must lie between -1e\+12 and 1e\+12"):
+            checks.place("at", far)

@@ -1,15 +1,18 @@
 """Atomic files and tables: the whole new file or the old one, and nothing left beside it."""
 
 import errno
+import math
 import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
-from papilla.core import seams
+from papilla.core import files, seams
 from papilla.core.errors import FileAccessError
 from papilla.core.files import OLD_S, check_writable, replacing, replacing_set, scratch, sidecar, write_text
+from papilla.core.outside import toml
 
 
 def test_it_replaces_the_file_or_keeps_the_old_one_and_leaves_nothing_beside_it(tmp_path):
@@ -157,3 +160,33 @@ def test_it_refuses_where_no_file_can_be_and_makes_no_more_than_a_folder(tmp_pat
     assert (tmp_path / "link").is_symlink() and (tmp_path / "real").read_text() == "text"
     names = [sidecar(name, "truth.json").name for name in ("a.csv", "a.dat", "a.b.csv")]
     assert names == ["a.truth.json", "a.dat.truth.json", "a.b.truth.json"]
+
+
+def drawn_value(rng, depth):
+    """A value of a TOML table: numbers, truth, text of any letters, lists and tables."""
+    choice = rng.integers(0, 7 if depth else 5)
+    if choice == 4:
+        return "".join(map(chr, rng.choice([34, 92, 9, 10, 0x7F, 0x85, 0x202E, 0xE9, 0xFFFF, 0x10000, 0xE0001], 6)))
+    if choice == 5:
+        return [drawn_value(rng, depth - 1) for _ in range(rng.integers(0, 4))]
+    if choice == 6:
+        return {f"k{k}": drawn_value(rng, depth - 1) for k in range(rng.integers(1, 4))}
+    return [
+        float(rng.normal() * 10.0 ** rng.integers(-300, 300)),
+        int(rng.integers(-9, 9)),
+        bool(choice > 2),
+        math.inf,
+    ][rng.integers(4)]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_what_is_written_as_toml_is_read_back(seed):
+    rng = np.random.default_rng(seed)
+    content = {f"x{k}": drawn_value(rng, 3) for k in range(8)}
+    assert toml("\n".join(files.toml_lines(content)), "t.toml") == content
+
+
+def test_lists_of_lists_have_a_line_each():
+    assert files.toml_value([(1, 2), (3.5, 4)]).count("\n") == 3 and files.toml_value([(1, 2), 3]).count("\n") == 3
+    assert files.toml_value([1, "a", 3]) == '[1, "a", 3]' and files.toml_value((1.5, 2)) == "[1.5, 2]"
+    assert files.toml_value("a\u202eb") == '"a\\u202eb"'

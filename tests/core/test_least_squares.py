@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.core.least_squares import least_squares
+from papilla.core.least_squares import LeastSquares, least_squares
 
 X = np.linspace(0.0, 2.0, 60)
 
@@ -41,3 +41,11 @@ def test_the_best_of_all_starts_is_the_answer_and_both_needs_one_evaluation():
     assert far.cost > 1 and len(calls) == len({vector.tobytes() for vector in calls})
     near = least_squares(wave, [9.0], [2.8], both=True)
     assert near.cost < 1e-12 and near.vector == pytest.approx([3.0])
+
+
+@pytest.mark.parametrize("size, determined", [(1.05e-10, True), (0.95e-10, False)])
+def test_a_column_of_next_to_nothing_determines_nothing(size, determined):
+    jacobian = np.column_stack([np.ones(4), size * np.array([1.0, -1.0, 1.0, -1.0])])
+    fit = LeastSquares(np.zeros(2), np.ones(4), jacobian, np.zeros(2, bool), True, "")
+    assert fit.determined.tolist() == [True, determined] and np.isfinite(fit.covariance[1, 1]) == determined
+    assert fit.condition == pytest.approx(1.0) and fit.covariance[0, 0] == pytest.approx(4 / 2 / 4)

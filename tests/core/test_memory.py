@@ -6,6 +6,7 @@ import pytest
 from papilla.core import memory, seams
 from papilla.core.errors import MemoryEstimateError
 from papilla.core.free_memory import free_bytes
+from papilla.logs.parquet import ParquetReader
 
 MEMINFO = "MemTotal:       24000000 kB\nMemFree:         1000000 kB\nMemAvailable:   20000000 kB\n"
 
@@ -96,8 +97,10 @@ def test_a_refusal_names_both_figures_and_what_would_do(free):
 
 
 @pytest.mark.parametrize(
-    "number, text", [(2**30, "1 GiB"), (1.26 * 2**30, "1.3 GiB"), (1368 * 2**30, "1368 GiB"), (2**20, "0.00098 GiB")]
-)
+    "number, text",
+    [(2**30, "1 GiB"), (1.26 * 2**30, "1.3 GiB"), (1368 * 2**30, "1368 GiB"), (2**20, "0.00098 GiB"),
+     (99.4 * 2**30, "99 GiB"), (105 * 2**30, "105 GiB")],
+)  # fmt: skip
 def test_bytes_in_words(number, text):
     assert memory.in_gib(number) == text
 
@@ -154,5 +157,34 @@ def test_where_nothing_would_do_no_size_is_named(free):
     free(1000)
     with pytest.raises(MemoryEstimateError, match="no coarser mesh would fit, free some memory$"):
         memory.refuse_size("a job", 1.0, lambda ratio: 1e6 + 1 / ratio)
-    with pytest.raises(MemoryEstimateError, match=r"mesh with size_mm >= 99 \(--size-mm of "):
-        memory.refuse_size("a job", 1.0, lambda ratio: 98_000 / ratio)
+    with pytest.raises(MemoryEstimateError, match=r"mesh with size_mm >= 1e\+02 \(--size-mm of "):
+        memory.refuse_size("a job", 1.0, lambda ratio: 99_900 / ratio)
+    with pytest.raises(MemoryEstimateError, match="no coarser mesh"):
+        memory.refuse_size("a job", 1.0, lambda ratio: 100_100 / ratio)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_size_that_is_named_is_the_least_that_fits_rounded_up_to_two_digits(free, seed):
+    """Among sizes that grow by 1.2 %, up to 100 times."""
+    rng = np.random.default_rng(seed)
+    size_mm, factor = 10 ** rng.uniform(-2, 1), 10 ** rng.uniform(0.1, 1.9)
+    free(1000)
+    with pytest.raises(MemoryEstimateError) as refused:
+        memory.refuse_size("a job", size_mm, lambda ratio: 1000 * (factor / ratio) ** 3)
+    named = float(str(refused.value).partition("size_mm >= ")[2].split()[0])
+    least = size_mm * 10 ** (np.ceil(200 * np.log10(factor)) / 200)
+    digit = 10.0 ** (np.floor(np.log10(least)) - 1)
+    assert least * (1 - 1e-9) <= named < least + digit * (1 + 1e-9)
+
+
+def test_rows_that_do_not_fit_are_refused(free, tmp_path):
+    """40 bytes a number: of all rows, and of the wanted columns alone."""
+    pyarrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
+    parquet.write_table(pyarrow.table({name: np.arange(1000.0) for name in "abc"}), tmp_path / "t.parquet")
+    for names, needed in (("abc", 120_000), ("b", 40_000)):
+        reader = ParquetReader(tmp_path / "t.parquet", lambda name, names=names: name in names)
+        free(needed)
+        assert len(reader.whole()) == 1000 and reader.ignored == tuple(name for name in "abc" if name not in names)
+        free(needed - 1)
+        with pytest.raises(MemoryEstimateError, match=rf"1000 rows, {len(names)} columns.*name fewer columns"):
+            reader.whole()

@@ -1,6 +1,7 @@
 """Parameters of studies in TOML files: rules of drawing, and no key that nobody reads."""
 
 import math
+import pickle
 import re
 from pathlib import Path
 
@@ -66,3 +67,12 @@ def test_every_parameter_is_read_by_its_module(folder):
         source = (folder / f"{name}.py").read_text(encoding="utf-8")
         unread = [key for key in table if not re.search(rf"(PARAMETERS|SETTINGS|CASES|SIZES|GIVEN)\.{key}\b", source)]
         assert not unread, f"{name}.py does not read {unread}"
+
+
+def test_a_table_is_a_record_and_goes_to_other_processes():
+    table = settings.SettingsTable({"a": {"b": [1, [2, 3]]}, "c": "x"})
+    assert table.a.b == (1, (2, 3)) and table["c"] == table.c == "x"
+    again = pickle.loads(pickle.dumps(table))
+    assert again == table and again.a.b == (1, (2, 3))
+    with pytest.raises(AttributeError, match="the table has no 'd'; it has a, c"):
+        _ = table.d

@@ -1,5 +1,6 @@
 """Standard input row by row: the same answers as from a file, at once, in constant memory; signals end with a line."""
 
+import io
 import os
 import signal
 import subprocess
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import FileFormatError
-from papilla.core.pipes import LiveText
+from papilla.core.pipes import LONGEST_TABLE_LINE, PIPE_CHUNK_BYTES, LiveText, ShortLines
 from papilla.core.rows import Table
 from papilla.logs import TimeLogFile, time_log
 
@@ -140,3 +141,34 @@ def test_a_line_without_end_is_refused_in_bounded_memory(end, monkeypatch):
 def test_a_column_has_the_name_that_its_file_gives_it(tmp_path):
     table = Table(tmp_path / "a.csv", {}, np.array([7]), {"force_N": "Fz"})
     assert str(table.fault(0, "force_N", "no")) == f"{tmp_path / 'a.csv'}, line 7, column Fz: no"
+
+
+def test_a_file_is_read_in_pieces_and_the_line_of_a_fault_is_counted(tmp_path):
+    path, content = tmp_path / "t.csv", b"0,1\n" * 40_000
+    for asked, length in ((None, PIPE_CHUNK_BYTES), (0, PIPE_CHUNK_BYTES), (10, 10), (10**9, PIPE_CHUNK_BYTES)):
+        assert ShortLines(io.BytesIO(content), path).read(asked) == content[:length]
+    text = ShortLines(io.BytesIO(content[:-1] + b"\xff\n2"), path)
+    assert text.line_without_text() == 40_000 and text.tell() > 2**16
+    assert ShortLines(io.BytesIO(b"\xc3\xa9\n\n\xc3"), path).line_without_text() == 3
+    for start in (0, 65_000):
+        long = ShortLines(io.BytesIO(content[:start] + b"1" * LONGEST_TABLE_LINE + b"\r" + b"2" * 2**17), path)
+        assert sum(len(piece) for piece in iter(long.read1, b"")) == start + LONGEST_TABLE_LINE + 1 + 2**17
+        long = ShortLines(io.BytesIO(content[:start] + b"1" * (LONGEST_TABLE_LINE + 2**16) + b"\n"), path)
+        with pytest.raises(FileFormatError, match=f"line {start // 4 + 1}: longer than 262144 bytes"):
+            list(iter(long.read1, b""))
+
+
+def test_lines_of_a_pipe_come_as_they_are_asked_for(pipe):
+    pipe("a\nb\nc")
+    text = LiveText()
+    assert text.pending() and [text.readline() for _ in range(2)] == ["a\n", "b\n"] and not text.pending()
+    text.seek(0)
+    assert text.pending() and next(text) == "a\n"
+    text.seek(0)
+    text.once()
+    text.seek(0)
+    assert [text.readline(), text.readline()] == ["a\n", "b\n"]
+    pipe("\n\u00e9")
+    assert text.pending() and text.readline() == "c\n" and not text.pending()
+    pipe(None)
+    assert list(text) == ["\u00e9"] and not text.pending() and text.readline() == ""

@@ -9,7 +9,7 @@ from papilla.core.errors import FileFormatError, InputError
 from papilla.core.rows import LONGEST_CELL
 from papilla.core.sealed import EDITED_MESSAGE, NO_CHECKSUM, read_sealed, write_sealed
 from papilla.core.status import Status
-from papilla.core.tables import CUT_OFF_MESSAGE, MAX_COLUMNS, TableReader, closest, write_table
+from papilla.core.tables import CUT_OFF_MESSAGE, MAX_COLUMNS, TableReader, closest, table_writer, write_table
 
 
 def drawn(seed, rows=50):
@@ -103,7 +103,9 @@ def test_a_fault_has_its_place(tmp_path, text, message):
 
 
 def test_a_misspelt_name_has_one_that_is_close():
-    assert closest("Thicknes_mm", ["thickness_mm", "force_N"]) == "thickness_mm" and closest("x", ["force_N"]) is None
+    assert closest("Thicknes_mm", ["thickness_mm", "force_N"]) == "thickness_mm"
+    assert closest("x", ["force_N"]) is None and closest("abcdefgh", ["abcdeXYh"]) is None
+    assert closest("abcdefghij", ["abcdefghXY", "ABCDEFGHXY"]) is not None
 
 
 def test_a_sealed_document_says_whether_it_was_edited(tmp_path):
@@ -139,3 +141,59 @@ def test_a_status_counts_from_zero_and_is_printed_by_name():
     assert (
         Answer.in_words(np.array([2, 0])) == ["no contact: press harder", "ok"] and Answer.in_words(1) == "ok, but far"
     )
+
+
+@pytest.mark.parametrize("size", [2, 3, 100])
+def test_the_line_of_a_fault_is_that_of_the_file_in_every_block(tmp_path, size):
+    """Below a line above the header, an empty line, and a quoted cell of two lines."""
+    lines = ["made by X", "a,word", *(f"{k},w" for k in range(4)), "", '4,"x', 'y"', "5,w", "oops,w"]
+    (tmp_path / "t.csv").write_text("\n".join([*lines[:-1], "6,w", ""]))
+    with TableReader(tmp_path / "t.csv", lambda name: True, ("word",), header_line=2) as reader:
+        blocks = list(reader.blocks(size))
+    assert max(map(len, blocks)) <= size and np.concatenate([block.columns["a"] for block in blocks]).tolist() == [
+        *range(7)
+    ]
+    assert np.concatenate([block.lines for block in blocks]).tolist() == [3, 4, 5, 6, 9, 10, 11]
+    for wanted, words in (("aword", ("word",)), ("a", ())):
+        (tmp_path / "t.csv").write_text("\n".join([*lines, ""]))
+        with pytest.raises(FileFormatError, match="line 11, column a: expected a number, got 'oops'"):
+            read(tmp_path / "t.csv", lambda name, wanted=wanted: name in wanted, words, size, header_line=2)
+    (tmp_path / "t.csv").write_text("only\n")
+    with pytest.raises(FileFormatError, match="ends above line 3, where its header should be"):
+        read(tmp_path / "t.csv", header_line=3)
+    (tmp_path / "t.csv").write_text("x\n\n1\n")
+    with pytest.raises(FileFormatError, match="has nothing in line 2"):
+        read(tmp_path / "t.csv", header_line=2)
+
+
+def test_a_point_among_decimal_commas_is_no_number_and_the_header_chooses_the_delimiter(tmp_path):
+    (tmp_path / "t.csv").write_text("t;x\n0;1,5\n1;1.234,5\n")
+    with pytest.raises(FileFormatError, match="line 3, column x: expected a number, got '1.234,5'"):
+        read(tmp_path / "t.csv", words=())
+    (tmp_path / "t.csv").write_text('"a,b";c\n1,5;2\n')
+    columns, reader = read(tmp_path / "t.csv", words=())
+    assert reader.header == ["a,b", "c"] and columns["a,b"].tolist() == [1.5]
+    (tmp_path / "t.csv").write_text("a;b,c\n1,2\n")
+    assert read(tmp_path / "t.csv", words=())[1].header == ["a;b", "c"]
+    (tmp_path / "t.csv").write_text("a,b\n1,2\n")
+    columns, reader = read(tmp_path / "t.csv", words=(), delimiter=",", decimal=".")
+    assert columns["b"].tolist() == [2] and reader.notes == ()
+
+
+def test_standard_output_gets_a_table_block_by_block(capsys):
+    with table_writer("-", ("a", "b")) as write:
+        write([np.array([0.1, np.nan]), ["x", None]])
+        assert capsys.readouterr().out == "a,b\n0.1,x\n,\n"
+        write([np.array([np.nan]), np.array([3])])
+    assert capsys.readouterr().out == ",3\n"
+
+
+def test_a_message_is_one_line_of_bounded_length():
+    """A longer one is left out in the middle, and what is left of it is no longer line."""
+    for letters in (2000, 2001, 9001):
+        text = "".join(chr(97 + k % 26) for k in range(letters))
+        line = str(InputError(text))
+        assert len(line) <= 2000 and (line == text) == (letters == 2000)
+        if letters > 2000:
+            assert line == f"{text[:950]} ... ({letters - 1900} characters) ... {text[-950:]}"
+    assert str(InputError("a\r\n\t b\x1b[0m ")) == r"a b\x1b[0m"

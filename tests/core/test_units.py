@@ -30,3 +30,20 @@ def test_former_names_of_factors_warn(former):
         assert getattr(units, former) == 1000.0
     with pytest.raises(AttributeError, match="has no attribute 'FURLONG'"):
         units.FURLONG  # noqa: B018
+
+
+SYMBOLS = {"N": 1.0, "S": 1.0, "MS": 1e-3, "US": 1e-6, "NS": 1e-9, "MIN": 60.0, "H": 3600.0, "MM": 1e-3, "UM": 1e-6,
+           "CM": 1e-2, "MPA": 1e6, "KPA": 1e3, "MN": 1e-3, "STRAIN": 1.0, "MICROSTRAIN": 1e-6, "T_MM3": 1e12,
+           "G_CM3": 1e3}  # fmt: skip
+"""Units in those of the SI; N and mN as parts of a newton."""
+
+
+def test_a_factor_is_the_ratio_of_the_units_in_its_name():
+    ratios = [name.split("_PER_") for name in vars(units) if "_PER_" in name]
+    assert len(ratios) > 12
+    for per_unit, unit in ratios:
+        expected = SYMBOLS[unit] / SYMBOLS[per_unit]
+        assert getattr(units, f"{per_unit}_PER_{unit}") == pytest.approx(expected, rel=1e-15)
+    powers = {"MILLI": -3, "MICRO": -6, "NANO": -9, "KILO": 3, "MEGA": 6}
+    assert {name: getattr(units, f"SI_{name}") for name in powers} == {name: 10.0**n for name, n in powers.items()}
+    assert units.INCH_MM * 5 == 127 and units.PER_CENT * 0.25 == 25 and 1 / units.SAMPLE_RATE_HZ == units.S_PER_MS

@@ -9,6 +9,7 @@ from concurrent.futures import BrokenExecutor
 import pytest
 from killed_client import worker_ends_with
 
+from papilla.core import seams
 from papilla.core.errors import WorkerKilledError
 from papilla.core.progress import CountedStep, counted
 from papilla.core.workers import MOST_TRIES, Processes, one_thread_each, run_program, workers
@@ -113,3 +114,22 @@ def test_a_program_ends_with_its_code_or_at_its_time():
     beats = []
     assert run_program([sys.executable, "-c", "import time; time.sleep(600)"], 0.7, beats.append) is None
     assert len(beats) == 2 and beats == sorted(beats) and 0.7 < beats[-1] < 60
+
+
+@pytest.mark.parametrize("done", [0, 1, 3])
+def test_what_is_left_takes_as_long_a_step_as_what_is_done(monkeypatch, done):
+    clock, lines = [10**9], []
+    monkeypatch.setattr(seams, "now_ns", lambda: clock[0])
+    step = counted(lines.append, "press")
+    clock[0] += 6 * 10**9
+    step(CountedStep("press", done, 5))
+    assert lines == [f"press: {done} of 5, about {6 * (5 - done) / max(done, 1):.0f} s left"]
+    assert (lines[0].done, lines[0].total) == (done, 5)
+
+
+def test_threads_of_new_processes_are_counted_in_a_block_alone(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    with one_thread_each():
+        assert [os.environ[name] for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS")] == ["1", "1"]
+    assert os.environ["OMP_NUM_THREADS"] == "3" and "MKL_NUM_THREADS" not in os.environ

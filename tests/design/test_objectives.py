@@ -14,7 +14,7 @@ from papilla.design.calibrated import calibration_errors
 from papilla.design.geometry import gains_of, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.parameters import made
-from papilla.design.places import Places, foil_of
+from papilla.design.places import Places, foil_of, moved
 from papilla.design.presses import SOFTEST_MODULUS_RATIO
 from papilla.design.scene import Tolerances
 from papilla.fem.reduction.family import MODULUS_RATIO_ENDS
@@ -123,14 +123,6 @@ def test_what_follows_from_sigma(design):
     assert of("signal_over_noise", one) == pytest.approx(one.sd.min() / (SCENE.gauge_noise_microstrain / math.sqrt(5)))
 
 
-def test_unknown_friction_is_the_change_to_a_press_without_it(design):
-    one, (force, modulus) = design(), SCENE.grid
-    free, stuck = np.log(one.sd)
-    change = one.surfaces.surface.uncertainty.friction(force, modulus)
-    inside = np.isfinite(change)
-    assert inside.any() and change[inside] == pytest.approx((free - stuck)[inside], abs=1e-3)
-
-
 def test_the_force_at_a_depth_makes_that_depth(design):
     force, modulus = SCENE.grid
     hardest = modulus == modulus.max()
@@ -142,20 +134,6 @@ def test_the_force_at_a_depth_makes_that_depth(design):
     for deep in (0.9 * depth[0], 1.1 * depth[-1]):
         with pytest.raises(InputError, match=f"depth_mm {deep:g} is outside what the forces reach"):
             of("force_at_depth", design(scene=replace(SCENE, depth_mm=deep)))
-
-
-def test_the_worst_over_tolerances_grows_with_each_of_them(design):
-    row, none = Places.row(foil_of(FINGER.gauges)), Tolerances(0.0, 0.0, 0.0, 0.0)
-    own = of("worst_over_tolerances", design(scene=replace(SCENE, tolerances=none), places=row))
-    assert own == of("sigma_gauges", design(places=row))
-    for changes in ({"gauge_mm": 1.0}, {"moduli": 0.5}):
-        few, many = (
-            design(scene=replace(SCENE, tolerances=replace(none, **{k: size * v for k, v in changes.items()})),
-                   places=row)
-            for size in (0.5, 1.0)
-        )  # fmt: skip
-        assert own <= of("worst_over_tolerances", few) <= of("worst_over_tolerances", many)
-    assert own < of("worst_over_tolerances", many), "harder or softer layers tell less"
 
 
 def test_a_geometry_covers_a_range_of_ratios_and_its_gauges_are_sums_of_sites(design):
@@ -175,3 +153,42 @@ def test_a_geometry_covers_a_range_of_ratios_and_its_gauges_are_sums_of_sites(de
         for spread in (32.0, 34.0, 36.0, 38.0, 40.0)
     ]  # fmt: skip
     assert np.abs(np.diff(felt, 2)).max() < 0.3 * np.abs(np.diff(felt)).max()
+
+
+def test_the_largest_strain_is_that_of_the_largest_force_on_the_hardest_specimen(design):
+    """Of all places, stuck or without friction, and without curvature."""
+    one = design(places=Places.row(foil_of(FINGER.gauges)))
+    force, modulus = np.array([SCENE.force_N[1]]), np.array([SCENE.modulus_MPa[1]])
+    strains = [end.felt(force, modulus, *one.moduli).values[0, 0] for end in one.geometry.ends]
+    assert len(strains[0]) == 17 and of("largest_strain", one) == max(np.abs(strain).max() for strain in strains)
+
+
+@pytest.mark.parametrize("count, limits", [(4, Tolerances(2.0, 0.0, 0.0, 0.0)), (5, Tolerances(0.0, 0.0, 0.0, 0.4)),
+                                           (4, Tolerances(1.0, 0.0, 0.0, 0.2))])  # fmt: skip
+def test_the_worst_is_of_neighbours_with_one_tolerance_at_its_limit(design, count, limits):
+    """Gauges go to and fro along the interface in turn; a layer is harder or softer by the factor 1 + limit."""
+    finger = made(FINGER, {"gauges.count": count})
+    one = design(finger, replace(SCENE, over="rms", tolerances=limits), Places.row(foil_of(FINGER.gauges)))
+    neighbours = []
+    for side in (1, -1):
+        shifted = [moved(gauge, FINGER.shape, side * (-1) ** k * limits.gauge_mm)
+                   for k, gauge in enumerate(finger.gauges)]  # fmt: skip
+        neighbours.append(replace(finger, gauges=tuple(shifted)))
+        for name in ("outer", "inner"):
+            modulus = getattr(FINGER, name).modulus * (1 + limits.moduli) ** side
+            neighbours.append(made(finger, {f"{name}.modulus_MPa": modulus}))
+    sigmas = [np.sqrt(np.mean(replace(one, finger=near).sigma_gauges ** 2)) for near in (finger, *neighbours)]
+    assert of("worst_over_tolerances", one) == pytest.approx(max(sigmas), rel=1e-9) and max(sigmas) > sigmas[0]
+
+
+def test_turned_gauges_are_neighbours_where_a_study_has_turned_places(design):
+    turn = replace(SCENE, tolerances=Tolerances(0.0, 40.0, 0.0, 0.0))
+    row, whole = (design(scene=turn, places=places(foil_of(FINGER.gauges))) for places in (Places.row, Places.whole))
+    assert of("worst_over_tolerances", row) == of("sigma_gauges", row)
+    sigmas = [
+        replace(whole, finger=replace(FINGER, gauges=tuple(
+            moved(gauge, FINGER.shape, 0.0, sign * 40.0 * (-1) ** k) for k, gauge in enumerate(FINGER.gauges)
+        ))).sigma_gauges.max()
+        for sign in (1, -1)
+    ]  # fmt: skip
+    assert of("worst_over_tolerances", whole) == pytest.approx(max(*sigmas, whole.sigma_gauges.max()), rel=1e-9)

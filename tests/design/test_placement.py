@@ -1,6 +1,7 @@
 """Places of gauges: greedy choice and exchange against all sets, and the rows of influence against presses."""
 
 import math
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -8,7 +9,15 @@ import pytest
 
 from papilla import fem
 from papilla.design.influence import Influence, influence
-from papilla.design.placement import UNKNOWN_SCENES, Placed, PlacementProblem, place, problem
+from papilla.design.placement import (
+    UNKNOWN_SCENES,
+    Placed,
+    PlacementProblem,
+    place,
+    places_figure,
+    problem,
+    sigma_figure,
+)
 from papilla.design.scene import DesignScene
 from papilla.estimators.softness.touch import TOUCH_RULES
 from papilla.model.finger import Finger, Gauge
@@ -111,3 +120,43 @@ def test_rows_of_influence_read_what_presses_read_and_a_row_cannot_see_y():
     unsure = problem(found, scene)
     anywhere, in_a_row = place(unsure, 4), place(unsure, 4, row)
     assert unsure.sigma(anywhere[-1]) < unsure.sigma(in_a_row[-1])
+
+
+def test_a_name_of_unknowns_says_what_is_unknown():
+    for name, (friction, touched) in UNKNOWN_SCENES.items():
+        assert (friction, touched) == ("friction" in name, "place" in name)
+    assert len(UNKNOWN_SCENES) == 4 and next(iter(UNKNOWN_SCENES.values())) == (True, True)
+
+
+def test_pictures_show_the_chosen_gauges_and_sigma_by_their_number():
+    found = drawn_influence([(3, 0.0, 1), (-3, 2.0, 1), (3, -3.0, 1)])
+    turned = replace(found, gauges=(*found.gauges[:2], replace(found.gauges[2], direction_deg=90.0)))
+    sigma = {
+        layout: {name: [0.9 / (k + n) for k in range(count)] for n, name in enumerate(UNKNOWN_SCENES, start=1)}
+        for layout, count in (("anywhere", 3), ("in a row", 2))
+    }
+    placed = Placed(Finger.default(), turned, [[0], [0, 1], [1, 2]], [[0], [0, 1]], sigma, [])
+    (axes,) = places_figure(placed).axes
+    sites, *marks = [np.column_stack(line.get_data()) for line in axes.lines]
+    assert sites.tolist() == found.sites[:, :2].tolist() and axes.get_aspect() == 1
+    half = found.gauges[0].length_mm / 2
+    assert marks[0].tolist() == [[-3 - half, 2], [-3 + half, 2]] and marks[2].tolist() == [
+        [3, -3 - half],
+        [3, -3 + half],
+    ]
+    (axes,) = sigma_figure(placed).axes
+    lines = [np.column_stack(line.get_data()).tolist() for line in axes.lines][:-1]
+    expected = [list(map(list, enumerate(sigma[layout][name], start=1)))
+                for name in UNKNOWN_SCENES for layout in ("anywhere", "in a row")]  # fmt: skip
+    assert lines == expected[: len(lines)] and len(lines) >= 6 and axes.get_ylim()[0] == 0
+    assert axes.get_xticks().tolist() == [1, 2, 3]
+    styles = {line.get_linestyle() for line in axes.lines[1:-1:2]}, {line.get_linestyle() for line in axes.lines[:-1:2]}
+    assert styles == ({"--"}, {"-"})
+
+
+def test_exchange_starts_from_candidates_of_all_qualities():
+    """Also where there are more candidates than starts, each allowed one alone is found."""
+    one = made_up(2, k=60)
+    for lone in (0, 31, 59):
+        among = np.arange(60) == lone
+        assert place(one, 2, among) == [[lone]]

@@ -9,7 +9,8 @@ import pytest
 from scipy import stats
 
 from papilla.design.confirming import Confirmed
-from papilla.design.results import Outcome, Results, first_words, summary
+from papilla.design.job import front_figure, in_words, sigma_figure
+from papilla.design.results import Effect, Outcome, Results, first_words, summary
 from papilla.design.running import Tally
 from papilla.design.scene import DesignScene
 from papilla.design.study import read_study
@@ -130,3 +131,53 @@ def test_failures_are_said_first_above_a_tenth(results_of, failed, said):
     none = replace(results, feasible=np.zeros(9, bool))
     outcome = Outcome(none.study, none, Tally(), {}, [], {})
     assert first_words(outcome)[-1] == f"no design of {9 + failed} keeps all constraints"
+
+
+def drawn_points(axes):
+    """Label -> (n, 2) points of the lines of a picture."""
+    return {line.get_label(): np.column_stack(line.get_data()) for line in axes.lines}
+
+
+@pytest.mark.parametrize("widest, scale", [(4.9, "linear"), (5.1, "log")])
+def test_a_picture_of_the_front_shows_every_design_where_it_is(results_of, widest, scale):
+    found = np.array([(0.2, 5.0), (0.3, 4.0), (0.2 * widest, 6.0), (0.25, 4.5), (0.21, 9.0)])
+    results = results_of(found, feasible=[True] * 4 + [False])
+    (axes,) = front_figure(results, {"sigma_sd": 0.4, "signal_over_noise": 3.0}).axes
+    points = drawn_points(axes)
+    at = found[:, ::-1].tolist()
+    assert points["designs"].tolist() == at[:4] and points["breaks a constraint"].tolist() == at[4:]
+    assert points["Pareto front"].tolist() == [at[0], at[2]] and points[FINGER.name].tolist() == [[3.0, 0.4]]
+    assert points["chosen"].tolist() == [at[k] for k in results.chosen] and results.chosen[0] == 0
+    assert (axes.get_yscale(), axes.get_xscale()) == (scale, "linear")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("signal_over_noise", "sigma_sd")
+    only = replace(results, study=replace(results.study, objectives=results.study.objectives[:1]))
+    (axes,) = front_figure(only, {"sigma_sd": 0.4}).axes
+    points = drawn_points(axes)
+    assert points["designs"].tolist() == np.column_stack([results.free[:4, 0], found[:4, 0]]).tolist()
+    assert set(points[FINGER.name][:, 1]) == {0.4} and "Pareto front" not in points
+    assert axes.get_xlabel() == "outer.modulus_MPa" and axes.get_xscale() == "log"
+
+
+def test_a_map_of_sigma_has_a_panel_for_each_design_and_levels_in_per_cent():
+    forces, moduli = np.geomspace(0.2, 0.8, 4), np.geomspace(0.05, 0.5, 5)
+    sigma = np.geomspace(0.002, 3.0, 20).reshape(4, 5)
+    *panels, bar = sigma_figure(forces, moduli, [("one", sigma), ("a name of two lines", 0.03 * sigma)]).axes
+    assert [axes.get_title(loc="left") for axes in panels] == ["one", "a name of two\nlines"] and bar.get_ylabel()
+    for axes in panels:
+        assert (axes.get_xscale(), axes.get_yscale(), axes.get_xlabel()) == ("log", "log", "force (N)")
+        assert axes.get_xticks() == pytest.approx([0.2, 0.4, 0.8]) and axes.dataLim.y0 == pytest.approx(0.05)
+        assert [text.get_text() for text in axes.get_xticklabels()] == ["0.2", "0.4", "0.8"]
+    assert [text.get_text() for text in bar.get_yticklabels()] == ["1 %", "2 %", "5 %", "10 %", "20 %", "50 %", "100 %"]
+    shades = panels[0].collections[0]
+    assert shades.levels == pytest.approx(np.log10([1, 2, 5, 10, 20, 50, 100]))
+    assert (shades.zmin, shades.zmax) == pytest.approx((0, 2))
+    ends = [path.get_extents() for path in shades.get_paths() if len(path.vertices)]
+    assert max(box.x1 for box in ends) == pytest.approx(0.8) and max(box.y1 for box in ends) == pytest.approx(0.5)
+
+
+def test_an_effect_in_words():
+    effect = Effect("a", "sigma_sd", 0.1, 0.6, 2.0, (1.5, 2.5), True)
+    assert in_words(effect) == "a from 0.100 to 0.600 multiplies sigma_sd by 2.00 (1.50 to 2.50)" and effect.sure
+    other = replace(effect, change=-2.0, interval=(-2.5, 0.5), factor=False)
+    assert in_words(other).startswith("a from 0.100 to 0.600 changes sigma_sd by ") and not other.sure
+    assert replace(effect, interval=(1.0, 2.5)).sure is False and replace(other, interval=(0.1, 0.5)).sure

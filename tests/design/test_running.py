@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -17,10 +18,11 @@ from papilla.design.job import write_page
 from papilla.design.parameters import made
 from papilla.design.places import Places
 from papilla.design.results import first_words, summary
-from papilla.design.running import Price, price
+from papilla.design.running import Price, pool, price
 from papilla.model.finger import Finger
 
 FINGER = Finger.default()
+GOALS = '["sigma_sd", "signal_over_noise"]'
 
 
 def table_of(path):
@@ -131,6 +133,16 @@ def test_a_batch_of_another_version_is_left_to_others(made_up_geometry):
     good, bad = done.records
     assert good.status == "ok" and set(good.found) == {"sigma_sd"} and "a study covers" in bad.status
     assert set(done.spent) == {"gauges", "scenes"} and 10 < done.memory_MB < 1e5
+    with pytest.raises(InputError, match=r"^a worker has papilla 0\.0, this client has "):
+        check_done(replace(done, version="0.0"), batch)
+
+    def no_geometry(*_places):
+        raise InputError("no mesh")
+
+    failed = evaluate(replace(batch, fingers=(FINGER, stiff), version=version(), geometry=no_geometry))
+    assert [(one.status, one.finger_sha256) for one in failed.records] == [("no mesh", FINGER.sha256),
+                                                                           ("no mesh", stiff.sha256)]  # fmt: skip
+    check_done(failed, replace(batch, fingers=(FINGER, stiff)))
 
 
 def of_record(**values):
@@ -167,7 +179,67 @@ def test_what_a_worker_sends_is_checked(made_up_geometry, forge):
     assert "\n" not in str(refused.value) and len(str(refused.value)) < 1000
 
 
+@pytest.mark.parametrize("workers, how", [(0, "this process"), (1, "1 process on this machine"),
+                                          (2, "2 processes on this machine")])  # fmt: skip
+def test_a_pool_says_what_it_is(workers, how):
+    with pool(workers, None) as made_pool:
+        assert (made_pool.workers, made_pool.how) == (max(workers, 1), how)
+        if not workers:
+            assert made_pool.executor.submit(divmod, 7, 2).result() == (3, 1)
+            with pytest.raises(ZeroDivisionError):
+                made_pool.executor.submit(divmod, 7, 0).result()
+
+
 @pytest.mark.parametrize("geometries, workers, seconds", [(1, 1, 20.0), (3, 1, 36.0), (3, 2, 18.0)])
 def test_the_geometry_that_was_measured_costs_nothing_more(geometries, workers, seconds):
     one = Price(100, geometries, sites=5, per_design=0.2, per_geometry=8.0, cached=False)
     assert one.seconds(workers) == pytest.approx(seconds)
+
+
+def test_designs_come_in_batches_and_times_are_those_of_this_run(made_up, ran):
+    """Fifty designs a batch; what is left takes as long a design as those that were run."""
+    steps = []
+    began, worked = time.perf_counter(), time.process_time()
+    cheap = GOALS, '["signal_over_noise"]'
+    tally = ran(
+        cheap, ("designs = 12", "designs = 60"), progress=lambda step: steps.append((step, time.perf_counter()))
+    ).tally
+    seconds, worked = time.perf_counter() - began, time.process_time() - worked
+    counts = [(step, at) for step, at in steps if isinstance(step, CountedStep)]
+    assert [(step.done, step.total) for step, _ in counts] == [(50, 60), (60, 60)]
+    (step, at), (last, _) = counts
+    assert float(step.partition("about ")[2].split()[0]) <= (at - began) * 10 / 50 + 0.5
+    assert "left" not in last and (tally.designs, tally.failed, tally.reused) == (60, 0, 0)
+    assert 0 < tally.seconds <= seconds and 0 < sum(tally.spent.values()) <= worked + 0.05
+    assert (tally.workers, tally.how) == (1, "this process") and tally.notes == []
+    began = time.perf_counter()
+    cost = price(made_up(cheap), lambda stage: None)
+    seconds = time.perf_counter() - began
+    assert 0 < 5 * cost.per_design + cost.per_geometry <= seconds and cost.seconds(1) == 12 * cost.per_design
+
+
+def test_an_optimiser_ends_at_a_limit_beyond_which_its_goal_would_be_better(ran):
+    bound = 3500
+    found = ran(
+        (GOALS, '["signal_over_noise"]'), ("designs = 12", 'kind = "optimise"\ndesigns = 48\nseed = 3'),
+        ("[sampler]", f"[constraints]\nsignal_over_noise = {{ most = {bound} }}\n[sampler]"),
+    ).results  # fmt: skip
+    signal = found.values("signal_over_noise")
+    assert (found.feasible == (signal <= bound)).all() and 0.95 * bound < signal[found.chosen[0]] <= bound
+    away = np.abs(signal - bound)
+    assert away[-12:].mean() < 0.25 * away[:6].mean()
+
+
+def test_the_table_of_designs_is_what_the_results_hold(ran, tmp_path):
+    found = ran(("[0.1, 0.6]", "[0.1, 6.0]"),
+                ("[sampler]", "[constraints]\nsignal_over_noise = { least = 3000 }\n[sampler]")).results  # fmt: skip
+    columns = table_of(tmp_path / "out" / "designs.csv")
+    assert columns["design"].tolist() == list(range(12))
+    good = np.isin(columns["design"], found.numbers)
+    assert good.sum() == 12 - len(found.failures) < 12 and np.isnan(columns["sigma_sd"][~good]).all()
+    for name in ("sigma_sd", "signal_over_noise"):
+        assert columns[name][good].tolist() == found.values(name).tolist()
+    for k, name in enumerate(found.study.free_names):
+        assert columns[name][good].tolist() == found.free[:, k].tolist()
+    for name, flags in (("feasible", found.feasible), ("front", found.front)):
+        assert columns[name][good].tolist() == flags.tolist() and not columns[name][~good].any()

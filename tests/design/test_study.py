@@ -12,7 +12,7 @@ from papilla.design.geometry import with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.places import Places, foil_of
 from papilla.design.scene import DesignScene
-from papilla.design.study import read_study
+from papilla.design.study import Limit, read_study
 from papilla.model.finger import Finger
 
 FINGER = Finger.default()
@@ -153,3 +153,52 @@ def test_a_design_needs_two_gauges_that_differ_and_a_press_inside_the_model(made
     k = int(np.flatnonzero(~inside)[0])
     with pytest.raises(InputError, match=rf"contact patch or table\): {force[k]:.3g} N on {modulus[k]:.3g} MPa"):
         _ = design.ends
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("[20.0, 30.0, 50.0]", r"must be \[low, high\] or a table, got"),
+        ("{ low = 0.0, high = 50.0, log = true }", "log = true needs a range above 0, got 0.0 to 50.0"),
+        ("{ low = 20.0 }", "empty range, 20.0 to None"),
+        ("{ high = 20.0 }", "empty range, None to 20.0"),
+        ("{ low = 20.0, high = 20.0 }", "empty range, 20.0 to 20.0"),
+    ],
+)
+def test_a_range_that_is_none_is_refused(study_file, text, said):
+    with pytest.raises(InputError, match=f"gauges.spread_deg.*{said}"):
+        read_study(study_file((SPREAD, text)))
+
+
+def test_ranges_are_even_or_logarithmic_as_stated(study_file):
+    modulus, spread = read_study(
+        study_file((SPREAD, "{ low = 20.0, high = 50.0, log = true, levels = 3 }"),
+                   (FREE, '"outer.modulus_MPa" = { low = 0.1, high = 0.6, log = false }'))
+    ).free  # fmt: skip
+    assert spread.log and spread.grid == pytest.approx([20, 1000**0.5, 50]) and not modulus.log
+    assert modulus.grid == pytest.approx(np.linspace(0.1, 0.6, 5))
+    _, some = read_study(study_file((SPREAD, "{ values = [40.0, 20.0, 30.0] }"))).free
+    assert (some.low, some.high, some.levels, some.grid) == (20.0, 40.0, 3, [40.0, 20.0, 30.0])
+
+
+def test_values_are_held_to_their_ranges_apart_from_rounding(study_file):
+    study = read_study(study_file())
+    for value, ok in ((50 * (1 + 0.9e-9), True), (50 * (1 + 1.1e-9), False), (20 - 45e-9, True), (20 - 55e-9, False)):
+        free = {"outer.modulus_MPa": 0.3, "gauges.spread_deg": value}
+        if ok:
+            study.check_free(free)
+        else:
+            with pytest.raises(InputError, match=f"spread_deg = {value:g} is outside the study's 20 to 50"):
+                study.check_free(free)
+    with pytest.raises(InputError, match="are not those of the study, outer.modulus_MPa, gauges.spread_deg"):
+        study.check_free({"outer.modulus_MPa": 0.3})
+    limited = replace(study, limits={"sigma_sd": Limit(0.1, 0.3)})
+    assert [limited.feasible({"sigma_sd": sigma}) for sigma in (0.05, 0.1, 0.3, 0.4)] == [False, True, True, False]
+    assert limited.asked == ("sigma_sd", "signal_over_noise")
+
+
+def test_a_study_has_as_many_designs_as_it_says(study_file):
+    for kind, designs, most in (("sobol", 3, 3), ("optimise", 3, 10), ("optimise", 33, 33), ("grid", 3, 25)):
+        assert read_study(study_file(("designs = 12", f'kind = "{kind}"\ndesigns = {designs}'))).most_designs == most
+    three = read_study(study_file((SPREAD, "{ values = [40.0, 20.0, 30.0] }"), ("designs = 12", 'kind = "grid"')))
+    assert three.most_designs == 15

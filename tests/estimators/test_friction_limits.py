@@ -3,10 +3,11 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from papilla.estimators.friction import Friction, FrictionStatus
-from papilla.estimators.friction.direction import Direction, Peak
+from papilla.estimators.friction.direction import BREAKAWAY_MEDIAN_SAMPLES, Direction, Peak
 from papilla.estimators.friction.offset import (
     AIR_SIGMA_N,
     ANISOTROPY_SIGMA,
@@ -186,3 +187,44 @@ def test_sigma_holds_scatter_offset_force_and_age():
 )  # fmt: skip
 def test_the_status_says_what_is_missing(known, status):
     assert known_by(**known).status == FrictionStatus[status]
+
+
+def test_a_direction_is_a_plain_mean_at_first_and_fades_by_its_gain_later():
+    rng, offset = np.random.default_rng(3), 0.1
+    normals = rng.uniform(0.8, 1.2, 8)
+    pulls = 0.4 * normals * (1 + 0.02 * rng.standard_normal(8)) - offset
+    direction = Direction(-1)
+    for count, (pull, normal) in enumerate(zip(pulls, normals, strict=True), 1):
+        direction.age = 7.0
+        assert direction.take(BlockMeans(-pull, normal, -30.0, 0.02), 40, offset, 1e-3) is True
+        assert direction.pull == pytest.approx(pulls[:count].mean()) and direction.blocks == count
+        assert direction.normal == pytest.approx(normals[:count].mean()) and direction.age == 0
+        mu = (pulls[:count].mean() + offset) / normals[:count].mean()
+        assert direction.mu(offset) == pytest.approx(mu)
+        if count == 1:
+            assert direction.variance == pytest.approx(((0.04 * mu) ** 2 + 0.02**2 / 40 / normal**2) * 0.8)
+            assert direction.log_normal == pytest.approx(math.log(normal)) and direction.slow_mu == pytest.approx(mu)
+        assert direction.error == pytest.approx((pull + offset) / normal - mu)
+    sums = direction.stroke
+    assert sums[:3] == pytest.approx([(pulls / normals).sum(), (1 / normals).sum(), np.log(normals).sum()])
+    assert sums.blocks == 8 and 0 < sums.spread < 8 * 4 * (0.02 * 0.4) ** 2
+    before = direction.pull
+    direction.take(BlockMeans(-0.35, 1.0, -30.0, 0.0), 40, offset, 0.5)
+    assert direction.pull == pytest.approx(before + 0.5 * (0.35 - before))
+
+
+def test_a_start_pulls_most_where_the_median_of_five_less_twice_the_noise_does():
+    rng, offset = np.random.default_rng(5), 0.05
+    window = np.column_stack([-rng.uniform(0.2, 0.6, 44), rng.uniform(0.0, 1.5, 44), np.full(44, -20.0)])
+    window[20, 0] = -9.0  # a single wrong sample is no peak
+    direction = Direction(-1)
+    direction.start(window, 0.01, offset, 0.3)
+    fives = np.sort([-window[k : k + BREAKAWAY_MEDIAN_SAMPLES, 0] for k in range(40)], axis=1)
+    force = np.maximum(window[2:-2, 1], 0.3)
+    ratios = (fives[:, 2] - 0.02 + offset) / force
+    best = int(ratios.argmax())
+    spread = fives[best, 4] - fives[best, 2]
+    assert direction.peak == pytest.approx((ratios[best], fives[best, 2] + spread / 2, force[best], spread))
+    strongest = direction.peak
+    direction.start(window * [0.5, 1, 1], 0.01, offset, 0.3)
+    assert direction.peak == strongest, "a weaker start changes nothing"

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from papilla.core.errors import FileAccessError, FileFormatError
+from papilla.core import seams
+from papilla.core.errors import FileAccessError, FileFormatError, MemoryEstimateError
 from papilla.logs import read_time_log
 from papilla.logs.log_map import Column, LogMap
 from papilla.logs.proposal import propose
@@ -74,6 +75,16 @@ def test_topics_become_columns_and_the_slower_one_is_held(tmp_path, kind):
     again = read_time_log(path, log_map=tmp_path / "proposed.toml")
     np.testing.assert_array_equal(again.readings, found.readings)
     np.testing.assert_allclose(again.force_N, found.force_N)
+
+
+def test_more_numbers_than_memory_holds_are_refused_before_they_are_read(tmp_path, monkeypatch):
+    """40 messages of two gauges and 10 of a force, each with a time: 140 numbers of a hundred bytes."""
+    path = write(tmp_path / "recorded", "bag")
+    monkeypatch.setattr(seams, "free_bytes", lambda: 13_900)
+    with pytest.raises(MemoryEstimateError, match=f"reading 140 numbers of {path} .* name fewer fields in a map"):
+        read_time_log(path, log_map=mapped())
+    monkeypatch.setattr(seams, "free_bytes", lambda: 14_100)
+    assert len(read_time_log(path, log_map=mapped())) == 40
 
 
 def test_a_single_mcap_file_and_a_stamp_as_the_time(tmp_path):

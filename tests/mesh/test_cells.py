@@ -31,6 +31,10 @@ def test_the_shared_face_has_two_cells_and_every_face_stands_once():
     assert components(paired_faces(apart)[1], 3).tolist() == [0, 1, 1]
     assert components(paired_faces(TWO)[1], 2).tolist() == [0, 0]
 
+    many = 2**20 + 5
+    assert len(paired_faces([[0, many, many + 1, many + 2], [1, many, many + 1, many + 3]])[0]) == 8
+    assert np.sum(paired_faces([[0, many, many + 1, many + 2], [1, many, many + 1, many + 2]])[1] >= 0) == 8
+
 
 def layered() -> LayeredMesh:
     boundaries = {"skin": np.array([[0, 2, 1]]), "interface": np.array([[1, 2, 3]]), "base": np.array([[4, 2, 1]])}
@@ -51,6 +55,17 @@ def test_two_mirrors_make_four_of_each_cell_and_one_of_each_point_on_a_plane():
     assert np.all(normals[:, 2] < 0), "they still point out"
     assert np.array_equal(whole.cell().points, PAIR) and np.array_equal(whole.cell().tets, TWO)
     assert unpack(pack(whole)).sha256 == whole.sha256
+
+
+def test_a_scaled_mesh_has_longer_edges_and_a_straight_one_no_bent_ones():
+    bent = replace(layered(), edges=np.array([[1, 2]]), middles=np.array([[0.6, 0.6, 0.0]]))
+    longer = mirrored(bent, ("x",)).scaled(3.0)
+    assert longer.size_mm == 4.5 and longer.mirrors == ("x",)
+    assert longer.middles == pytest.approx(np.array([[1.8, 1.8, 0], [-1.8, 1.8, 0]]))
+    assert volumes(longer.points, longer.tets) == pytest.approx([4.5, 9.0] * 2)
+    assert np.array_equal(longer.cell().middles, 3 * bent.middles)
+    assert np.array_equal(longer.points[longer.edges].mean(axis=1), [[1.5, 1.5, 0], [-1.5, 1.5, 0]])
+    assert longer.straight().edges.shape == (0, 2) and longer.straight().middles.shape == (0, 3)
 
 
 def test_each_part_of_a_mesh_counts_in_its_hash():

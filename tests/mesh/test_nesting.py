@@ -65,7 +65,6 @@ def finger(tmp_path, write_surface, finger_of):
     return make
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("parts", "named", "message"),
     [
@@ -78,7 +77,7 @@ def finger(tmp_path, write_surface, finger_of):
         ((SKIN, lifted(INTERFACE, 1), BONE_BOX), "bone", "its base reaches beyond"),
         ((SKIN, INTERFACE, ball((3, 3, 3), (0, 0, 3))), "bone", "touches the base .* in a point"),
         ((SKIN, ball((8, 8, 8), (0, 0, 2)), BONE_BOX), "interface", "reaches below the base"),
-        ((SKIN, INTERFACE, lifted(BONE_BOX, 30)), "bone", "21 mm away from it"),
+        ((SKIN, INTERFACE, lifted(BONE_BOX, 9.5)), "bone", "0.5 mm away from it"),
         (crossed(), "interface", "they cross near"),
         ((ball((12, 12, 12), (0, 0, 12)), lifted(INTERFACE, 6), BONE_BOX), "skin", "no flat base"),
     ],

@@ -51,6 +51,32 @@ def test_layers_lie_between_their_ellipses_and_the_base_is_what_is_clamped(finge
     assert (np.hypot(*boned.points.T) < 1e-9).sum() == 1, "one point in the middle, where all columns meet"
 
 
+def test_rows_and_columns_grow_away_from_the_patch(finger):
+    """Rows from `size_mm` at the skin, by 1.3, up to 0.75 mm in the outer and 1.5 mm in the inner layer; columns
+    evenly spaced in x in the patch, then growing to 0.1 rad."""
+    smooth = replace(finger, ridges=None, patch_radius=9.0)
+    section = build_section(smooth, size_mm=0.2)
+    assert section.half_width == 9.0 and len(section.spans) == 90
+    assert np.diff(section.points[section.spans][:, :, 0], axis=1) == pytest.approx(0.2)
+    assert build_section(replace(smooth, patch_radius=15.0), size_mm=0.2).half_width == 12.0
+    assert build_section(smooth).points[build_section(smooth).spans[:, 1], 0].size == 180
+    assert len(build_section(smooth, size_mm=50.0).spans) == 8
+    depth = 20 - np.sort(section.points[np.abs(section.points[:, 0]) < 1e-9, 1])[::-1]
+    outer, inner = depth[depth <= 3 + 1e-9], depth[depth >= 3 - 1e-9]
+    for places, first, most in ((outer, 0.2, 0.75), (inner, outer[-1] - outer[-2], 1.5)):
+        steps = np.diff(places)
+        scale = steps[0] / first
+        grown = np.minimum(first * 1.3 ** np.arange(len(steps)), most)
+        assert steps == pytest.approx(scale * grown) and 1 - most / (places[-1] - places[0]) <= scale <= 1
+    skin = section.points[on(section.points, SKIN)]
+    angle = np.sort(np.arcsin(np.clip(skin[:, 0] / 24, -1, 1)))
+    assert angle == pytest.approx(-angle[::-1]) and angle[-1] == pytest.approx(np.pi / 2)
+    beyond = angle[angle > np.arcsin(9 / 24) - 1e-9]
+    steps = np.diff(beyond)
+    grown = np.minimum(steps[0] * 1.3 ** np.arange(len(steps)), steps.max())
+    assert steps == pytest.approx(grown) and 0.08 < steps.max() <= 0.1
+
+
 def test_ridges_stand_at_their_pitch_with_flat_tops_of_their_width(finger):
     ridged = replace(finger, ridges=Ridges(2.0, 1.2, 0.5))
     section = build_section(ridged, size_mm=0.15)

@@ -26,7 +26,10 @@ def test_size_grows_with_the_distance_from_the_apex():
     middle = APEX + np.array([[0, 0, 0], [1.9, 0, 0], [0, 1.5 * 0.13 * 15, 0]])
     assert sizing(middle) == pytest.approx([0.42, 0.42, 0.56])
     assert sizing(APEX + away)[-1] == sizing.far_mm == 3.5
-    at_a_gauge = Sizing(APEX, 0.7, 15.0, sites=APEX + away[1:2])(APEX + away)
+    with_gauge = Sizing(APEX, 0.7, 15.0, sites=APEX + away[1:2])
+    beside = APEX + [[0, 11.4, 0], [0, 12.25, 0], [0, 13.0, 0]]
+    assert with_gauge(beside) == pytest.approx(0.7 * (1.6 + 5.4 * np.array([0, 0.05, 0.1])))
+    at_a_gauge = with_gauge(APEX + away)
     assert at_a_gauge[1] == pytest.approx(1.6 * 0.7) and np.all(at_a_gauge <= expected)
     assert at_a_gauge[[0, 4]] == pytest.approx(expected[[0, 4]], rel=1e-12)
 

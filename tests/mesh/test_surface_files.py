@@ -11,7 +11,7 @@ from papilla.mesh import INNER_LAYER, OUTER_LAYER, build
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.cells import volumes
 from papilla.mesh.drawing import merge, quarter_ellipsoid
-from papilla.mesh.surface_files import read_closed, read_nested
+from papilla.mesh.surface_files import read_closed
 from papilla.mesh.surfaces import Ellipsoid
 from papilla.model.finger import DEFAULT_FINGER, Finger, Layer
 
@@ -42,26 +42,6 @@ def refused(path, pattern):
     with pytest.raises(FileFormatError, match=pattern) as caught:
         read_closed(path)
     assert "\n" not in str(caught.value) and path in str(caught.value)
-
-
-def test_surface_answers_like_the_ellipsoid_it_copies(files):
-    surfaces = dict(zip(AXES, read_nested(files()), strict=True))
-    random = np.random.default_rng(3)
-    points = random.uniform([-20, -25, 1], [20, 25, 25], (300, 3))
-    for name, surface in surfaces.items():
-        exact = Ellipsoid(AXES[name])
-        foot = surface.project(points)
-        assert np.abs(surface.level(foot)).max() < 1e-9
-        level = surface.level(points)
-        near = (np.abs(level) < 1) & (points[:, 2] > 3)
-        assert level[near] == pytest.approx(exact.level(points[near]), abs=0.15)
-        xy = points[:, :2] * 0.3
-        assert surface.height(xy) == pytest.approx(exact.height(xy), abs=0.1)
-        outside = 1.02 * np.array([[exact.axes[0], 0.0], [0.0, exact.axes[1]]])
-        assert np.all(np.isnan(surface.height(outside)))
-        up = exact.project(points[points[:, 2] > 5])
-        up = up[up[:, 2] > 0.2 * exact.axes[2]]
-        assert np.einsum("ki,ki->k", surface.normal(up), exact.normal(up)).min() > np.cos(np.radians(4))
 
 
 def test_inside_out_triangles_are_turned(tmp_path, write_surface):

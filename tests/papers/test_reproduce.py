@@ -4,7 +4,6 @@ import json
 import math
 import re
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,7 @@ from scipy.stats import binomtest
 from papilla.core.errors import InputError, MissingExtraError, SolverError
 from papilla_papers import claims as room
 from papilla_papers.claims import ALL_CLAIMS, ALL_EXPERIMENTS, Answer, Claim, Experiment, reproduce
-from papilla_papers.claims.claim import EVIDENCE_KINDS, TESTED_EVIDENCE, accepted, beside, gathered, published
+from papilla_papers.claims.claim import EVIDENCE_KINDS, accepted, beside, gathered, published
 from papilla_papers.claims.page import write_page
 from papilla_papers.claims.runner import by_evidence, head, results, summary
 from papilla_papers.claims.scenes import SettingsTable, by_factors, even, scenes
@@ -192,50 +191,9 @@ def test_every_value_of_a_scene_is_read():
     assert {key for table in scenes().values() for key in keys(table)} <= words
 
 
-MISSED = {"counts": "B5", "textiles": "E8 E9", "impulses": "X12 A19 X2", "wavelets": "D6 D20 D21", "specimens": ""}
-MISSED |= {"presses": "A30 X5", "softness": "A36b A38 A39 A40"}
-"""Experiment -> keys of its claims that papilla does not reproduce, of those that are quick with a warm cache."""
-
-
-@cache
-def with_cause(name: str) -> dict:
-    """The findings of an experiment, which two tests read."""
-    return dict(NAMED[name].run(lambda line: None))
-
-
-def verdicts(name: str, findings) -> dict[str, Answer]:
-    own = [claim for claim in ALL_CLAIMS if claim.experiment == name and not claim.cannot]
-    return {claim.key: Answer.of(claim, NAMED[name], findings) for claim in own}
-
-
-@pytest.mark.parametrize("name", MISSED)
-def test_a_quick_experiment_reproduces_all_but_what_is_known_to_contradict(name):
-    answers = verdicts(name, with_cause(name))
-    assert {key for key, answer in answers.items() if answer.verdict != "reproduced"} == set(MISSED[name].split())
-    assert all("{" not in answer.note and "nan" not in answer.note.lower() for answer in answers.values())
-
-
 def test_spaced_values_include_both_ends():
     ends = SettingsTable({"from": 1.0, "to": 4.0, "count": 3})
     assert even(ends).tolist() == [1.0, 2.5, 4.0] and by_factors(ends) == pytest.approx([1.0, 2.0, 4.0])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("experiment", [one for one in ALL_EXPERIMENTS if one.removed], ids=lambda one: one.name)
-def test_without_its_cause_no_predicted_or_simulated_row_holds(experiment):
-    first, second = (
-        verdicts(experiment.name, found)
-        for found in (with_cause(experiment.name), experiment.run(lambda line: None, cause=False))
-    )
-    assert first
-    for key, answer in first.items():
-        claim = answer.claim
-        assert answer.measured is not None and "{" not in answer.note and "nan" not in answer.note.lower(), key
-        assert claim.evidence != "fitted" or answer.left_out is not None, key
-        if claim.evidence in TESTED_EVIDENCE:
-            held = answer.verdict == "reproduced"
-            assert held or claim.vary or claim.fixed, f"{key}: what would reproduce it?"
-            assert not held or second[key].verdict != "reproduced", f"{key}: {second[key].measured} without its cause"
 
 
 # ---- The command

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.references.bounds import chirp_bound, frequency_bound, modulus_bound
+from papilla.references.bounds import chirp_bound, frequency_bound, modulus_bound, wavelength_bound
 
 RATE, COUNT, NOISE = 1000.0, 200, 0.05
 TIME = np.arange(COUNT) / RATE
@@ -78,25 +78,52 @@ def test_the_closed_form_is_what_many_periods_approach(amplitudes, lag_s):
     )
 
 
-def test_a_maximum_likelihood_fit_reaches_the_bound_of_a_frequency():
-    """Least squares of phase, frequency, slope and amplitude over many noises: scatter of the last frequency."""
-    rng = np.random.default_rng(4)
-    clean = np.cos(phase_of(FREQUENCY, SLOPE))
-    at_end = []
-    for _ in range(400):
-        reading = clean + NOISE * rng.standard_normal(COUNT)
-        guess = np.array([0.3, FREQUENCY, SLOPE])
-        for _ in range(5):
-            phase = guess[0] + 2 * math.pi * (guess[1] * TIME + 0.5 * guess[2] * TIME**2)
-            waves = np.column_stack([np.cos(phase), np.ones(COUNT)])
-            amplitude, offset = np.linalg.lstsq(waves, reading, rcond=None)[0]
-            turn = -amplitude * np.sin(phase)
-            slopes = np.column_stack([turn, 2 * math.pi * TIME * turn, math.pi * TIME**2 * turn, waves])
-            guess += np.linalg.lstsq(slopes, reading - waves @ [amplitude, offset], rcond=None)[0][:3]
-        at_end.append(guess[1] + guess[2] * TIME[-1])
-    truth = FREQUENCY + SLOPE * TIME[-1]
-    assert np.std(at_end) / truth == pytest.approx(numerical([1.0], 0.0), rel=0.1)
-    assert abs(np.mean(at_end) - truth) < 4 * np.std(at_end) / math.sqrt(len(at_end))
+def by_differences(reading, count, noise):
+    """Standard deviation bound of the first unknown: the Fisher information of `reading(unknowns)` by differences."""
+    slopes = np.column_stack([(reading(step) - reading(-step)) / 2e-6 for step in 1e-6 * np.eye(count)])
+    return noise * math.sqrt(np.linalg.inv(slopes.T @ slopes)[0, 0])
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_bounds_are_those_of_the_readings_by_differences(seed):
+    """Drawn places, amplitudes and filters; the unknowns are the wanted one, offset, complex amplitudes, and a phase's
+    polynomial."""
+    rng = np.random.default_rng(seed)
+    place, amplitudes = rng.uniform(3, 9, 80), rng.normal(size=3) + 1j * rng.normal(size=3)
+    place, present = place - place.mean(), rng.random((80, 3)) < 0.7  # the amplitudes are those in the middle
+
+    def reading(phase, change, mask):
+        c = amplitudes + change[1:4] + 1j * change[4:]
+        return change[0] + (mask * (c * np.exp(-1j * phase[:, None] * [1, 2, 3])).real).sum(axis=1)
+
+    for mask, present_harmonics in ((1, None), (present, present)):
+        smallest = by_differences(
+            lambda u, mask=mask: reading(2 * math.pi / 1.9 * place * (1 + u[0]), u[1:], mask), 8, 0.1
+        )
+        assert wavelength_bound(place, 1.9, amplitudes, 0.1, present_harmonics) == pytest.approx(smallest, rel=1e-6)
+    time = np.sort(rng.uniform(2, 3, 80))
+    phase = 2 * math.pi * (9 * time + 3 * time**2)
+    for degree, at in ((0, None), (1, None), (2, 2.6)):
+        end = time[-1] if at is None else at
+        after = (time - end)[:, None] ** np.arange(1, degree + 2) / np.arange(1, degree + 2)
+        rate = 9 + 6 * end
+
+        def of_time(u, after=after, rate=rate, degree=degree):
+            return reading(phase + 2 * math.pi * rate * after @ u[: degree + 1], u[degree + 1 :], 1)
+
+        expected = by_differences(of_time, degree + 8, 0.1)
+        bound = frequency_bound(time, phase, rate, amplitudes, 0.1, degree=degree, at_s=at)
+        assert bound == pytest.approx(expected, rel=1e-5)
+
+
+def test_readings_that_tell_nothing_have_no_bound_and_wrong_shapes_are_refused():
+    assert wavelength_bound([], 2.0, [1.0], 0.1) == wavelength_bound(TIME, 2.0, [0.0], 0.1) == math.inf
+    assert wavelength_bound(TIME, 2.0, [1.0], 0.1, np.zeros((COUNT, 1))) == math.inf
+    for present in (np.ones((COUNT, 2)), np.ones((3, 1))):
+        with pytest.raises(InputError, match="shapes do not fit: 200 samples, 1 harmonics"):
+            wavelength_bound(TIME, 2.0, [1.0], 0.1, present)
+    with pytest.raises(InputError, match="degree of the frequency must be at least 0, got -1"):
+        frequency_bound(TIME, TIME, 1.0, [1.0], NOISE, degree=-1)
 
 
 def test_edges_of_a_gliding_frequency():

@@ -30,6 +30,20 @@ def test_hertz_sphere_follows_the_closed_form():
     assert ref.hertz_sphere(contact.force, 25.0, 0.2).indentation == pytest.approx(0.5, rel=1e-14)
 
 
+def test_two_bodies_are_as_one_and_swapped_radii_turn_the_ellipse():
+    assert ref.effective_modulus(0.2, 0.3, 0.7, 0.45) == pytest.approx(1 / (0.91 / 0.2 + (1 - 0.45**2) / 0.7))
+    assert ref.effective_modulus(0.2, 0.3) == ref.effective_modulus(math.inf, 0.1, 0.2, 0.3) == 0.2 / 0.91
+    long, turned = ref.hertz_ellipse(0.7, 60.0, 25.0, 0.2), ref.hertz_ellipse(0.7, 25.0, 60.0, 0.2)
+    assert (long.a, long.b, long.indentation) == (turned.b, turned.a, turned.indentation)
+    pressed = ref.hertz_ellipse_at(long.indentation, 25.0, 60.0, 0.2)
+    assert (pressed.a, pressed.b) == pytest.approx((turned.a, turned.b))
+    assert ref.hertz_ellipse(1.0, 1e5, 10.0, 0.1).a > 100
+    with pytest.raises(InputError, match="ratio must be at most 10000"):
+        ref.hertz_ellipse(1.0, 1.01e5, 10.0, 0.1)
+    disc = integrate.quad(lambda r: 8 * r * 0.3 * 2.5 / (math.pi * 0.7) * special.ellipe(r**2), 0, 1)[0]
+    assert ref.uniform_disc_mean_displacement(2.5, 0.3, 0.7) == pytest.approx(disc)
+
+
 @pytest.mark.parametrize("ratio", [1 + 1e-9, 1.25, 2.0, 30.0, 1e3])
 def test_hertz_ellipse_satisfies_its_curvature_equations(ratio):
     """The pressure p0 sqrt(1 - x^2/a^2 - y^2/b^2) must bend both surfaces by the prescribed curvatures."""

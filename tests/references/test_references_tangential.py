@@ -37,7 +37,7 @@ def test_layer_compliance_is_that_of_the_layered_solver(nu):
         assert layer_compliance(Q / h, h, nu)[np.ix_([0, 2], [0, 2])] == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize("nu", (0.3, 0.5))
+@pytest.mark.parametrize("nu", (0.29, 0.48))
 def test_layer_responds_to_a_smooth_load_as_its_spectrum_says(nu):
     """A Gaussian load: its Hankel transform times the compliance, against the Green's tensor integrated in space."""
     h, width, at = 1.3, 0.8, np.array([1.1, 0.6])
@@ -84,10 +84,46 @@ def test_slip_tends_to_goodman_s_for_small_coupling_and_to_stick_for_high_fricti
     for friction in (0.01, 0.02, 0.04):
         found = ref.frictional_punch(0.02, friction)
         assert found.stick_radius == pytest.approx(ref.goodman_stick_radius(0.02, friction), abs=5e-4)
+        found = ref.frictional_punch(1e-3, friction / 20)
+        assert found.stick_radius == pytest.approx(ref.goodman_stick_radius(1e-3, friction / 20), abs=8e-6)
     stuck, rubbed = ref.frictional_punch(0.25), ref.frictional_punch(0.25, 0.9)
     assert rubbed.force_factor == pytest.approx(stuck.force_factor, rel=1e-3)
     assert rubbed.depth_factor == pytest.approx(stuck.depth_factor, rel=1e-3)
     assert rubbed.shear_moment == pytest.approx(stuck.shear_moment, rel=5e-3)
+
+
+@pytest.mark.parametrize("nu", (0.2, 0.5))
+def test_far_from_the_force_a_layer_does_not_move(nu):
+    layer, xy = ref.BondedLayerGreen(0.1, nu), np.array([[3.0, 4.0], [-12.0, 5.0]])
+    assert layer(xy) == pytest.approx(-half_space_green(xy, nu), rel=1e-12)
+    assert ref.LayerKernel(0.1, nu)(5.0) == pytest.approx(-(1 - nu**2) / (5 * math.pi), rel=1e-12)
+
+
+def test_a_sliding_layer_is_half_of_one_that_is_pressed_from_both_sides():
+    nu, h = 0.37, 2.0
+
+    def deficit(Q):
+        return 1 - (np.cosh(2 * Q) - 1) / (np.sinh(2 * Q) + 2 * Q)
+
+    Q = np.array([0.01, 0.3, 1.0, 4.0])
+    assert ref.sliding_layer_deficit(Q) == pytest.approx(deficit(Q), rel=1e-10)
+    assert ref.sliding_layer_deficit([0.0, 20.0]) == pytest.approx([1, 80 * math.exp(-40)], rel=1e-9)
+    for r in (0.0, 1.0, 7.0):
+        exact = integrate.quad(lambda Q, r=r: deficit(Q) * special.j0(Q * r / h), 1e-9, 18, limit=200)[0]
+        kernel = ref.LayerKernel(h, nu, bonded=False)(r)
+        assert kernel == pytest.approx(-(1 - nu**2) / (math.pi * h) * exact, rel=1e-6)
+
+
+def test_dundurs_beta_and_the_sphere_of_a_punch():
+    """Swapped bodies change its sign, like ones have none; without friction the sphere is Hertz's."""
+    assert ref.dundurs_beta(0.7, 0.2) == pytest.approx((1 - 0.4) / (2 * (1 - 0.2)))
+    assert ref.dundurs_beta(0.7, 0.2, 1.9, 0.4) == pytest.approx(-ref.dundurs_beta(1.9, 0.4, 0.7, 0.2))
+    first, second = ((1 - 2 * nu) * (1 + nu) / modulus for modulus, nu in ((0.7, 0.2), (1.9, 0.4)))
+    e_star = ref.effective_modulus(0.7, 0.2, 1.9, 0.4)
+    assert ref.dundurs_beta(0.7, 0.2, 1.9, 0.4) == pytest.approx((first - second) * e_star / 2)
+    force, depth = ref.frictional_punch(0.0).sphere(0.3, 20.0, 0.5)
+    hertz = ref.hertz_sphere_at(depth, 20.0, 0.5)
+    assert (hertz.a, hertz.force) == pytest.approx((0.3, force))
 
 
 def test_unusable_values_are_refused():

@@ -26,8 +26,8 @@ def test_the_shipped_curve_has_a_local_maximum_inside_and_is_nowhere_negative():
 
 def test_a_known_curve_comes_back_and_amplitude_goes_with_its_root():
     wavelength = np.linspace(0.8, 2.0, 9)
-    curve = PowerCurve(tuple(wavelength), tuple(np.exp(-((wavelength - 1.4) ** 2))))
-    assert curve.fit.r_squared == pytest.approx(1) and curve(1.2) == pytest.approx(math.exp(-0.04))
+    curve = PowerCurve(tuple(wavelength), tuple(7 * np.exp(-((wavelength - 1.4) ** 2))))
+    assert curve.fit.r_squared == pytest.approx(1) and curve(1.2) == pytest.approx(7 * math.exp(-0.04))
     root, printed = FromWavelength(curve), FromWavelength(curve, as_printed=True)
     assert root(1.4) == pytest.approx(27.5) == printed(1.4)
     assert root(0.9) / 27.5 == pytest.approx(math.sqrt(printed(0.9) / 27.5))

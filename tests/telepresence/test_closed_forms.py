@@ -208,12 +208,38 @@ def test_the_local_model_has_the_limits_that_it_states():
             LocalModel(**bad)
 
 
-@pytest.mark.parametrize("late_s, status", [(0.499, DisplayStatus.OK), (0.501, DisplayStatus.STALLED)])
+@pytest.mark.parametrize(
+    "late_s, status",
+    [(0.0, DisplayStatus.OK), (0.499, DisplayStatus.OK), (0.501, DisplayStatus.STALLED), (-0.1, DisplayStatus.STALLED)],
+)
 def test_a_message_holds_for_half_a_second(late_s, status):
     model = LocalModel()
     model.learn(1.0, (Component(1.3, 30.0),))
     model.move(1.0 + late_s, 0.0)
     assert model.update(1.0 + late_s).status == status
+
+
+@pytest.mark.parametrize("ahead_s, status", [(0.95, DisplayStatus.OK), (1.05, DisplayStatus.NO_HAND)])
+def test_a_reading_of_the_hand_is_a_second_ahead_of_the_display_at_most(ahead_s, status):
+    model = LocalModel()
+    model.learn(1.0, (Component(1.3, 30.0),))
+    model.move(1.0 + ahead_s, 0.0)
+    assert model.update(1.0).status == status
+
+
+@pytest.mark.parametrize("ratio, replaced", [(0.79, False), (0.81, True), (1.0, True), (1.24, True), (1.26, False)])
+@pytest.mark.parametrize("components", [1, 2])
+def test_a_wavelength_within_a_quarter_of_the_old_one_goes_on_with_its_phase(ratio, replaced, components):
+    """The hand rests where the first line is at its peak; what replaces it stays there, what begins anew is at zero."""
+    model, shown = LocalModel(components=components), []
+    for row in range(400):
+        now = row / 1000
+        model.move(now, min(0.25, 0.05 * row))
+        if row % 20 == 0:
+            model.learn(now, (Component(1.0 if row < 300 else ratio, 100.0),))
+        shown.append(model.update(now).displacement_um)
+    assert shown[290] == pytest.approx(23.8, rel=1e-3)
+    assert shown[-1] == pytest.approx(23.8 if replaced or components == 1 else 0.0, rel=1e-3, abs=1e-6)
 
 
 def test_a_grating_has_harmonics_up_to_the_pass_band_of_400_hz():

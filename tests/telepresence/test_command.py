@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from spring_calibration import FORCE, calibration
 
-SHORT = ("--seconds", "3", "--round-trip-ms", "100", "--round-trip-sd-ms", "0")
+SHORT = ("--seconds", "2", "--round-trip-ms", "100", "--round-trip-sd-ms", "0")
 
 
 def test_softness_friction_and_contact_area_ride_along(papilla, tmp_path):
@@ -29,7 +29,6 @@ def test_softness_friction_and_contact_area_ride_along(papilla, tmp_path):
     assert {"modulus_MPa", "modulus_sigma_MPa", "modulus_status", "contact_area_sigma_mm2"} <= set(names)
 
 
-@pytest.mark.slow
 def test_actuator_and_rule_are_told(papilla, tmp_path):
     points = {"schema": "papilla.amplitude/1", "source": "made up", "wavelength_mm": [0.8, 1, 1.2, 1.4, 1.6, 2.0]}
     (tmp_path / "mine.json").write_text(json.dumps(points | {"power": [1, 2, 4, 4, 2, 1]}))
@@ -48,7 +47,10 @@ def test_actuator_and_rule_are_told(papilla, tmp_path):
     [
         (("--wavelength", "0"), "wavelength_mm"),
         (("--loss", "2"), "loss"),
-        (("--uplink-share", "-1"), "--uplink-share"),
+        (("--uplink-share", "-0.01"), "--uplink-share"),
+        (("--uplink-share", "1.01"), "--uplink-share"),
+        (("--round-trip-ms", "10000.5"), "--round-trip-ms"),
+        (("--round-trip-sd-ms", "10000.5"), "--round-trip-sd-ms"),
         (("--round-trip-ms", "nan"), "--round-trip-ms"),
         (("--bandwidth", "0"), "--bandwidth"),
         (("--seconds", "0.1"), "seconds"),

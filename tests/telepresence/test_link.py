@@ -74,6 +74,8 @@ def test_a_datagram_takes_its_bytes_over_the_cap_and_headers_count():
         link.send(0.0, "", 72)
     assert [one.arrived_s for one in link.receive(1.0)] == pytest.approx([0.11, 0.21])
     assert (link.sent, link.bytes_sent, link.lost) == (2, 144, 0)
+    link.send(1.0, "")
+    assert link.receive(2.0)[0].arrived_s == pytest.approx(1.01 + HEADER_BYTES / 1000) and link.bytes_sent == 144
 
 
 def test_jitter_is_half_normal_and_what_is_overtaken_waits_twenty_milliseconds_at_most():

@@ -206,5 +206,9 @@ def test_quantiles_of_times_are_right_to_a_bin():
         spread.add(1e-6 * number)
     assert spread.quantile_s(0.5) == pytest.approx(500e-6, rel=0.05)
     assert spread.quantile_s(0.999) == pytest.approx(999e-6, rel=0.05)
+    beyond = TimeHistogram()
+    for seconds in (50.0, 100.0):
+        beyond.add(seconds)
+    assert 10 <= beyond.quantile_s(0.5) <= 10.4, "ten seconds and more are one bin"
     spread.add(1e9)
     assert spread.greatest_s == 1e9 and TimeHistogram().quantile_s(0.5) != TimeHistogram().quantile_s(0.5)

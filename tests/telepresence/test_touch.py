@@ -104,9 +104,11 @@ def presses():
 
 @pytest.mark.parametrize("force, modulus", [(0.05, 0.05), (0.33, 0.21), (1.0, 1.0), (0.051, 0.99)])
 def test_a_power_law_is_exact_and_sigma_is_that_of_the_modulus_and_the_mesh(force, modulus):
-    area, sigma = ContactArea.of_presses(*presses())(force, modulus, 0.1 * modulus)
-    assert area == pytest.approx(law(force, modulus))
-    assert sigma / area == pytest.approx(math.hypot(0.01, 0.2 * 0.1))
+    forces, moduli, areas = presses()
+    for scale in (1.0, 1e-3):
+        area, sigma = ContactArea.of_presses(forces, moduli, scale * areas)(force, modulus, 0.1 * modulus)
+        assert area == pytest.approx(scale * law(force, modulus))
+        assert sigma / area == pytest.approx(math.hypot(0.01, 0.2 * 0.1))
 
 
 def test_outside_the_table_and_of_what_is_unknown_there_is_no_area():

@@ -5,6 +5,7 @@ A family must miss where something is wrong: a fault is put into what it compare
 
 import json
 import math
+import os
 from dataclasses import replace
 from itertools import islice
 
@@ -17,16 +18,18 @@ from papilla.cli.options import grouped
 from papilla.cli.verify import answer_of, case_keys
 from papilla.cli.verify import verify as command
 from papilla.core.errors import InputError, MissingExtraError, SolverError
-from papilla.fem import press
+from papilla.fem import FingerModel, press
 from papilla.fem.discrete.assembly import lame
+from papilla.mesh import build
 from papilla.mesh.cells import mean_ratio, volumes
 from papilla.mesh.layered import OUTER_LAYER
 from papilla.model.finger import Dome, Finger, Layer, Slab
-from papilla.model.specimen import HalfSpace
+from papilla.model.specimen import Block, HalfSpace
 from papilla.references import StackLayer, bonded_layer_sphere, hertz_sphere
 from papilla.verify import CASE_FAMILIES, Case, bodies, contact, finger, meshes, verify
 from papilla.verify.case import Verdict
 from papilla.verify.elements import Discretisation, Manufactured
+from papilla.verify.jobs import fitting_processes, run_jobs
 from papilla.verify.self_test import self_test
 from papilla.verify.structured import cube, cylinder, growing, shell
 
@@ -176,11 +179,10 @@ def test_a_press_obeys_its_inequalities_and_one_that_is_pulled_does_not(layer):
     bowl = bodies.with_gap(layer, 100.0, 100.0)
     pressed = finger.pressed_by(bowl, 0.2, TABLE)
     assert max(finger.contact_residuals(bowl, TABLE, pressed)) < 1e-9
-    for changed, which in (
-        (replace(pressed, pressure=pressed.pressure - 0.1 * pressed.pressure.max()), 0),
-        (replace(pressed, indentation=1.1 * pressed.indentation), 1),
-    ):
-        assert finger.contact_residuals(bowl, TABLE, changed)[which] > 0.05
+    pulled = replace(pressed, pressure=pressed.pressure - 0.1 * pressed.pressure.max())
+    assert finger.contact_residuals(bowl, TABLE, pulled)[0] == pytest.approx(1 / 9)
+    deeper = finger.contact_residuals(bowl, TABLE, replace(pressed, indentation=1.1 * pressed.indentation))
+    assert deeper == pytest.approx((0, 1 / 11, 1 / 11))
 
 
 def integral(reduced, values):
@@ -252,17 +254,114 @@ def test_the_patch_test_fails_where_one_node_is_held_elsewhere():
     assert np.abs(discrete.solve(layers, none, held, wrong) - exact)[~held].max() > 1e-6
 
 
-def test_structured_meshes_fill_their_bodies():
-    assert volumes(*arrays(cube(4, jitter=0.15, split=True))).sum() == pytest.approx(1)
-    ball = volumes(*arrays(shell(np.linspace(1, 2, 5), 12)))
-    assert ball.min() > 0 and ball.sum() == pytest.approx(np.pi / 6 * 7, rel=0.02)
+def area(points, triangles):
+    corners = points[triangles]
+    return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
+
+
+def test_a_cylinder_has_its_rings_sheets_layers_and_sides():
+    """Inner rings have as many chords as their number; volume and sides are those of a polygon of two chords."""
+    radii, depths = np.array([0.0, 0.5, 1.2, 2.0]), np.array([0.0, 0.3, 1.0, 1.5])
+    whole = cylinder(radii, depths, 2, 2)
+    cell, flat = whole.cell(), 4 * np.sin(np.pi / 4)
+    sheets, counts = np.unique(-cell.points[:, 2], return_counts=True)
+    assert sheets == pytest.approx(depths) and set(counts) == {1 + 2 + 3 + 3}
+    away, rings = np.unique(np.hypot(*cell.points[:, :2].T).round(9), return_counts=True)
+    assert away == pytest.approx(radii) and rings.tolist() == [4, 8, 12, 12]
+    tin = volumes(*arrays(cell))
+    assert tin.min() > 0 and tin.sum() == pytest.approx(1.5 * flat) and volumes(*arrays(whole)).sum() == 4 * tin.sum()
+    middle = cell.points[cell.tets].mean(axis=1)[:, 2]
+    assert ((middle > -1) == (cell.layer == OUTER_LAYER)).all() and set(cell.layer) == {0, 1}
+    for name, expected in (("skin", flat), ("interface", flat), ("base", flat + 2 * 4 * np.sin(np.pi / 8) * 1.5)):
+        assert area(cell.points, cell.boundaries[name]) == pytest.approx(expected), name
+    assert (cell.points[cell.boundaries["skin"]][:, :, 2] == 0).all()
+    assert cell.points[cell.boundaries["interface"]][:, :, 2] == pytest.approx(-1)
+
+
+def test_a_shell_and_a_cube_fill_their_bodies():
+    ball = shell(np.linspace(1, 2, 5), 12)
+    assert volumes(*arrays(ball)).min() > 0 and volumes(*arrays(ball)).sum() == pytest.approx(np.pi / 6 * 7, rel=0.02)
+    assert len(ball.points) == 5 * 13 * 14 / 2 and (ball.layer == OUTER_LAYER).all()
+    for name, radius in (("skin", 2.0), ("base", 1.0)):
+        triangles = ball.boundaries[name]
+        assert len(triangles) == 144 and area(ball.points, triangles) == pytest.approx(np.pi / 2 * radius**2, rel=0.02)
+        assert np.linalg.norm(ball.points[triangles], axis=2) == pytest.approx(radius)
+    plain, moved, halves = cube(4), cube(4, jitter=0.15), cube(4, jitter=0.15, split=True)
+    assert np.unique(plain.points) == pytest.approx([0, 0.25, 0.5, 0.75, 1])
+    inside = ((plain.points > 0) & (plain.points < 1)).all(axis=1)
+    between = inside & (plain.points[:, 2] != 0.5)
+    for mesh, free in ((moved, inside), (halves, between)):
+        away = np.abs(mesh.points - plain.points)
+        assert (away[~free] == 0).all() and 0.03 < away[free].max() <= 0.15 / 4 and (away[free] > 0).all()
+        assert volumes(*arrays(mesh)).min() > 0 and volumes(*arrays(mesh)).sum() == pytest.approx(1)
+        assert [area(mesh.points, mesh.boundaries[name]) for name in ("skin", "base")] == pytest.approx([1, 1])
+        assert (mesh.points[mesh.boundaries["skin"]][:, :, 2] == 1).all()
+    middle = halves.points[halves.tets].mean(axis=1)[:, 2]
+    assert ((middle > 0.5) == (halves.layer == OUTER_LAYER)).all() and (moved.layer == OUTER_LAYER).all()
     places = growing(0.1, 1.5, 1.0)
     steps = np.diff(places)
     assert places[[0, -1]] == pytest.approx([0, 1]) and steps[1:] / steps[:-1] == pytest.approx(1.5)
-    whole = cylinder(np.linspace(0, 2, 6), places, 2, 6)
-    tin = volumes(*arrays(whole))
-    assert tin.min() > 0 and tin.sum() == pytest.approx(np.pi * 4, rel=0.02)
-    assert (whole.points[whole.boundaries["skin"]][:, :, 2] == 0).all()
+    assert 0.07 < steps[0] <= 0.1
+
+
+def test_errors_and_loads_of_known_fields():
+    """u = (x, 0, 0) on the unit cube: a tenth more, a shift by a tenth, and loads of one newton in all."""
+    mesh = cube(2)
+    discrete = Discretisation(mesh, "Taylor-Hood")
+    exact = np.outer(discrete.points[0], [1.0, 0.0, 0.0])
+
+    def field(x):
+        return np.stack([x[0], 0 * x[0], 0 * x[0]])
+
+    def gradient(x):
+        return np.eye(3)[:1].T[:, :, None, None] * np.eye(3)[0][None, :, None, None] * np.ones_like(x[0])
+
+    assert discrete.errors(1.1 * exact, field, gradient) == pytest.approx((0.1, 0.1))
+    assert discrete.errors(exact + [0, 0.1, 0], field, gradient) == pytest.approx((0.1 * 3**0.5, 0), abs=1e-9)
+
+    def push(x):
+        return np.stack([0 * x[0], 2 + 0 * x[0], x[0]])
+
+    assert discrete.body_load(push).sum(axis=0) == pytest.approx([0, 2, 0.5])
+    facets = discrete.space.facets(mesh.boundaries["skin"])
+    load = discrete.surface_load(push, facets)
+    assert load.sum(axis=0) == pytest.approx([0, 2, 0.5]) and np.abs(load[discrete.points[2] < 1]).max() < 1e-12
+
+
+def test_a_solve_of_a_flat_body_has_a_small_residual_and_its_name():
+    mesh = cylinder(np.linspace(0, 2, 5), np.linspace(0, 1, 3), 1, 3)
+    model = bodies.FlatModel(mesh, Layer(1.0, 0.5), Layer(0.1, 0.4), 1.0, interface=0.5)
+    case = finger.residual("flat", model)
+    assert case.what == "flat, residual" and 0 < case.value < case.bound == 1e-10
+    points = np.array([[3.0, 4.0, 5.0], [1.0, -1.0, -0.5]])
+    plane = model.surfaces["interface"]
+    assert plane.level(points) == pytest.approx([5.5, 0]) and plane.height(points[:, :2]) == pytest.approx([-0.5, -0.5])
+    assert plane.project(points) == pytest.approx(points * [1, 1, 0] - [0, 0, 0.5])
+    assert (
+        (plane.normal(points) == [0, 0, 1]).all() and model.surfaces["bone"].z == -1 and model.surfaces["skin"].z == 0
+    )
+
+
+def test_rows_of_presses_are_those_of_each_modulus_and_force():
+    made, mesh = Finger.default(), build(Finger.default(), size_mm=2.8)
+    rows, reduced = meshes.pressed(made, mesh, (0.1, 1.0), (10.0, 30.0, 1e5)), FingerModel(made, mesh).reduce()
+    assert rows.shape == (6, 8) and np.isnan(rows[[2, 5]]).all()
+    for row, (modulus, force) in zip(rows[[0, 1, 3, 4]], ((0.1, 10), (0.1, 30), (1.0, 10), (1.0, 30)), strict=True):
+        one = press(reduced, Block(modulus, 10.0), force=force * 9.80665e-3, fidelity="contact", friction=0.0)
+        assert row == pytest.approx([one.sd, *one.reading, one.indentation, one.contact_area])
+
+
+def test_jobs_give_their_results_in_order_and_say_how_many_are_done():
+    def add(one, two, progress):
+        progress(f"{one} and {two}")
+        return one + two
+
+    seen = []
+    jobs = {"first": (1, 2), "second": (3, 4)}
+    assert list(run_jobs(add, jobs, progress=seen.append)) == [("first", 3), ("second", 7)]
+    counted = [(str(step), step.done, step.total) for step in seen if hasattr(step, "done")]
+    assert counted[0] == ("first", 0, 2) and ("second", 1, 2) in counted
+    assert 1 <= fitting_processes() <= 2
 
 
 def test_crushed_cells_are_flat_but_not_inverted():
@@ -286,6 +385,10 @@ def test_stored_presses_are_those_of_their_fingers():
         rows = np.array(meshes.MOVED_SETTINGS.fingers[name].stored)
         assert rows[:, 1:6].std(axis=1) == pytest.approx(rows[:, 0], rel=2e-3)
         assert (np.diff(rows[:, [0, 6, 7]], axis=0) > 0).all(), "a firmer press is deeper, wider and read more strongly"
+        settings = meshes.MOVED_SETTINGS.fingers[name]
+        axes = [one.shape.outer, one.shape.interface, one.shape.bone]
+        assert [list(axis) for axis in axes] == [list(axis) for axis in settings.axes_mm] and one.ridges is None
+        assert getattr(one.shape, "depth", 14.0) == 14.0
         if one.gauges == default:
             assert rows[:, 1:6] == pytest.approx(rows[:, 5:0:-1])
 
@@ -316,11 +419,23 @@ def test_vertices_of_a_shell_are_spread_evenly_along_its_sides():
 
 # ---- The families
 
+CASE_WORDS = {
+    "sliding": ("refinement in", "element size", "full slip", "reversed", "a period further", "two solvers", "energy"),
+    "invariance": ("strain energy", "work of a press", "force balance", "mirrored design, readings"),
+    "incompressible": ("nu 0.49, force", "nu 0.49, residual"),
+    "contrast": ("0.001, force", "0.001, area", "0.001, residual"),
+    "patch": ("constant strain", "constant stress"),
+}
+"""What the first cases of a family are called."""
+
 
 def test_the_self_test_of_an_installation_passes(monkeypatch, tmp_path):
     monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
     cases = self_test()
-    assert len(cases) > 4 and missed(cases) == []
+    assert len(cases) > 4 and missed(cases) == [] and os.environ["PAPILLA_CACHE"] == str(tmp_path)
+    balance, near = cases[-2:]
+    assert (balance.what, near.what) == ("press, force", "press, S_d") and balance.value < 1e-9 < 1e-4 < near.value
+    assert min(case.seconds for case in cases) > 0 and sum(case.seconds for case in cases) < 100
     assert not [path for path in tmp_path.iterdir() if "reduced" in path.name], "the finger is reduced anew each time"
 
 
@@ -346,6 +461,8 @@ def test_the_first_cases_of_a_family_have_errors_of_a_discretisation_within_thei
     assert len(cases) == len({case.what for case in cases}) == count and missed(cases) == []
     assert cases[0].what.startswith(first) and cases[0].cause.startswith(measure)
     assert all(case.value >= 0 and "against" not in case.what for case in cases)
+    told = " ".join(case.what for case in cases)
+    assert all(word in told for word in CASE_WORDS.get(name, ()))
     assert name == "identification" or max(case.value for case in cases) > 0
 
 

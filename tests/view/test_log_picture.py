@@ -6,7 +6,7 @@ from matplotlib.colors import to_rgba
 from shown_figures import flaws
 
 from papilla.estimators import Pipeline, find_lines
-from papilla.view.log_picture import OK_COLOR, LogPicture
+from papilla.view.log_picture import DOUBT_COLORS, OK_COLOR, REMARK_COLOR, LogPicture
 from papilla.view.style import png
 
 
@@ -84,8 +84,75 @@ def test_names_of_lines_in_the_spectrum_stay_apart():
     axes = picture.figure("log", "", spectrum).axes[-1]
     shown = [float(text.get_text().split()[0]) for text in axes.texts]
     assert len(shown) == 2 and np.sort(shown)[0] == pytest.approx(0.5, rel=1e-3)
+    positive = spectrum.wavenumber_per_mm > 0
+    wavelength, power = 1 / spectrum.wavenumber_per_mm[positive], spectrum.power[positive]
     for text in axes.texts:
-        assert np.asarray(text.xy)[0] == pytest.approx(float(text.get_text().split()[0]), rel=1e-3), "over its line"
+        over, at = text.xy
+        assert over == pytest.approx(float(text.get_text().split()[0]), rel=1e-3), "over its line"
+        assert at == power[np.abs(wavelength - over).argmin()] and text.xyann == (0, 4)
+        line = min(spectrum.lines, key=lambda one: abs(one.wavelength_mm - over))
+        assert (text.get_color() == OK_COLOR) == (line.harmonic == 1)
+    assert axes.get_xlim() == pytest.approx((wavelength.min(), wavelength.max()))
+    assert axes.get_ylim() == pytest.approx((max(np.median(power) / 10, 1e-6), 8 * power.max()))
+    peaks = axes.collections[0].get_paths()[0].vertices
+    assert peaks[:, 1].max() == power.max() and peaks[:, 0].max() == pytest.approx(wavelength.max())
+
+
+def test_curves_bands_limits_and_strips_are_those_of_the_answers():
+    """Drawn answers: usable values in their band of two deviations, and the colour of each row's code."""
+    rng, rows, columns = np.random.default_rng(11), 400, ("force_N", "velocity_mm_s", "tangential_N")
+    time = np.arange(rows) / 1000
+    block = np.column_stack([time, rng.normal(size=(rows, 2)), 1 + rng.random((rows, 3)) * [1, 2, 3]])
+    pipeline = Pipeline(gauges=2, columns=columns)
+    codes = [rng.choice(["ok", "ok: aged", "doubt", "none"], rows // 4).repeat(4).tolist() for _ in range(2)]
+    values, sigmas = 1 + rng.random((2, rows)), 0.1 * rng.random((2, rows))
+    answer = pipeline.process(block)._replace(
+        wavelength_mm=values[0], wavelength_sigma_mm=sigmas[0], wavelength_status=codes[0], mu_kinetic=values[1],
+        mu_kinetic_sigma=sigmas[1], friction_status=codes[1],
+    )  # fmt: skip
+    picture = LogPicture(["g1", "g2"], columns, pipeline.off)
+    picture.add(block, answer)
+    figure = picture.figure("log", "detail", None)
+    readings, force, tangential, velocity, *answers, strips = figure.axes
+    assert figure.get_size_inches() == pytest.approx([10, 1.3 * (2 + 3 + 2 + 2 * 0.3 + 1)])
+    assert [text.get_text() for text in readings.get_legend().get_texts()] == ["g1", "g2"]
+    pairs = [
+        (readings.lines[0], 1),
+        (readings.lines[1], 2),
+        (force.lines[0], 3),
+        (velocity.lines[0], 4),
+        (tangential.lines[0], 5),
+    ]
+    for line, column in pairs:
+        assert line.get_xydata() == pytest.approx(block[:, [0, column]])
+    for panel, value, sigma, code in zip(answers, values, sigmas, codes, strict=True):
+        usable = np.array([one.startswith("ok") for one in code])
+        every, used = panel.lines
+        assert every.get_ydata() == pytest.approx(value)
+        assert used.get_ydata() == pytest.approx(np.where(usable, value, np.nan), nan_ok=True)
+        low, high = (value - 2 * sigma)[usable], (value + 2 * sigma)[usable]
+        band = np.concatenate([path.vertices[:, 1] for path in panel.collections[1].get_paths()])
+        assert (band.min(), band.max()) == pytest.approx((low.min(), high.max()))
+        bottom, top = np.percentile(low, 3), np.percentile(high, 97)
+        room = 0.3 * (top - bottom)
+        assert panel.get_ylim() == pytest.approx((bottom - room, top + room))
+    assert [panel.get_legend() is None for panel in answers] == [False, True]
+    order = list(dict.fromkeys(one for one in codes[0] if not one.startswith("ok")))
+    shades = {"ok": OK_COLOR, "ok: aged": REMARK_COLOR} | dict(zip(order, DOUBT_COLORS, strict=False))
+    for number, code in enumerate(codes):
+        bars = strips.collections[number]
+        starts = [row for row in range(rows) if row == 0 or code[row] != code[row - 1]]
+        boxes = [path.get_extents() for path in bars.get_paths()]
+        assert [box.x0 for box in boxes] == pytest.approx(time[starts]) and boxes[-1].x1 == pytest.approx(0.4)
+        assert bars.get_facecolor() == pytest.approx(np.array([to_rgba(shades[code[row]]) for row in starts]))
+        assert (boxes[0].y0, boxes[0].y1) == pytest.approx((number - 0.4, number + 0.4))
+    keys = {
+        text.get_text(): key.get_facecolor()
+        for text, key in zip(*[strips.get_legend().get_texts(), strips.get_legend().get_patches()], strict=True)
+    }
+    assert keys == {code: to_rgba(shade) for code, shade in shades.items()}
+    assert {axes.get_xlim() for axes in figure.axes} == {strips.get_xlim()} and strips.get_xlabel() == "time (s)"
+    assert not any(label.get_visible() for axes in figure.axes[:-1] for label in axes.get_xticklabels())
 
 
 def test_a_log_without_a_velocity_shows_its_frequency():

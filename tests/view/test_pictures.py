@@ -129,17 +129,6 @@ def test_a_receptive_field_is_strongest_over_its_gauge(scene, renderer):
     assert f"{largest:.3g} µε/mN" in words(figure).replace("−", "").replace("+", "") and flaws(figure) == []
 
 
-@pytest.mark.parametrize("small", [False, True])
-def test_the_maps_of_all_gauges_have_one_scale_and_axes(scene, small):
-    figure = view.receptive_fields_figure(fem.receptive_fields(scene.model), scene.finger, small=small)
-    maps = [axes for axes in figure.axes if axes.get_xlabel() == "x (mm)"]
-    assert len(maps) == 5 and len({axes.collections[0].get_clim() for axes in maps}) == 1
-    assert [axes.get_title(loc="left")[:2] for axes in maps] == ["g1", "g2", "g3", "g4", "g5"]
-    one, five = (np.asarray(maps[k].collections[0].get_array()) for k in (0, 4))
-    assert np.sort(one) == pytest.approx(np.sort(five), rel=1e-6, abs=1e-9), "mirrored gauges have mirrored fields"
-    assert flaws(figure) == []
-
-
 def test_the_contact_map_shows_pressure_force_and_area(scene):
     """The drawn shade integrates to the force; the dashed line encloses the stated area; dots are the nodes."""
     press, figure = scene.press, view.contact_figure(scene.reduced, scene.press, scene.specimen)

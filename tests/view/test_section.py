@@ -59,12 +59,6 @@ def test_the_interface_is_drawn_where_it_was_moved_to(scene, section):
     assert 17 - scene.press.indentation < lowered < 17 - 0.3 * scene.press.indentation
 
 
-def test_a_scale_multiplies_what_the_press_moves(scene, section):
-    doubled = cut(scene.field, scene.finger, scale=2.0)
-    at_rest = cut(scene.field, scene.finger, scale=0.0)
-    assert doubled.gauges - at_rest.gauges == pytest.approx(2 * (section.gauges - at_rest.gauges))
-
-
 def test_strain_along_the_layers_of_a_uniform_field_is_its_component(scene):
     """Stretch by 1 % along x alone: along a tangent (cos a, sin a) that is 1 % cos^2 a, 1 % at the apex."""
     strain = np.zeros_like(scene.field.strain)

@@ -206,7 +206,7 @@ def _time(seconds: float | None) -> float:
 def _live() -> "Iterator[Report]":
     """Yields a function that shows a state on one line, which is overwritten; if stderr is not a terminal, a line every
     few seconds."""
-    terminal, last, last_state = sys.stderr.isatty(), -AWAY_S, ""
+    terminal, last, last_state = sys.stderr.isatty(), 0.0, ""
 
     def report(live: "Live") -> None:
         """Show this state."""

@@ -97,6 +97,40 @@ def test_unit_sign_and_zero_of_the_readings_do_not_matter(kind, scale, offset):
         np.testing.assert_allclose(getattr(other, name), getattr(once, name), rtol=1e-5)
 
 
+@pytest.mark.parametrize("rate, frequency, chirp", [(1000.0, 60.0, 0.0), (1000.0, 60.0, 40.0), (2000.0, 110.0, 0.0)])
+def test_every_number_of_a_state_is_that_of_the_wave_that_is_followed(rate, frequency, chirp):
+    """Noise, profile and their information with a memory of half a second; periods, usual frequency, and doubt."""
+    time, tracker = np.arange(int(1.5 * rate)) / rate, ChirpTracker(sample_rate_Hz=rate)
+    turns, rates = frequency * time + 0.5 * chirp * time**2, frequency + chirp * time
+    readings = 3 + np.cos(2 * np.pi * turns) + 0.3 * np.cos(4 * np.pi * turns)
+    readings += 0.05 * np.random.default_rng(1).standard_normal(len(time))
+    answers = tracker.process(np.column_stack([readings, -1.8 * rates]))
+    late, state = time > 1.0, tracker.state
+    ratio = (answers.frequency_Hz - rates + chirp * tracker.lag_s)[late] / answers.frequency_sigma_Hz[late]
+    assert (answers.status[late] == ChirpStatus.OK).all() and 0.5 < math.sqrt(np.mean(ratio**2)) < 1.2
+    assert answers.wavelength_mm[late] == pytest.approx(1.8, rel=6e-3)
+    assert state.held[1] / state.held[0] == pytest.approx(
+        answers.frequency_sigma_Hz[-1] / answers.frequency_Hz[-1], rel=1e-9
+    )
+    first = int(np.argmax(answers.status == ChirpStatus.OK))
+    assert 3 / frequency + 0.13 < time[first] < 0.26, "two windows, a search and three periods"
+    # A fit begins with a search, and takes over the readings since.
+    begun = turns[-1] - state.followed
+    assert 0 < begun < turns[first] - 3 and state.span == len(state.stroke.residual) == math.ceil(4.5 / 15 * rate)
+    fading = np.exp(-(time[-1] - time) / 0.5) * (turns >= begun)
+    mean = fading @ rates**2 / (2 * rate / 4) + (1 - fading.sum() / (rate / 2)) * rates[turns >= begun][0] ** 2
+    assert state.swing == pytest.approx(mean, rel=0.03)
+    assert abs(state.stroke.motion[1]) == pytest.approx(rates[-1], rel=3e-3) and 0 <= state.stroke.motion[0] < 1.3
+    assert state.stroke.noise == pytest.approx(0.05**2, rel=0.15) and state.doubt == pytest.approx(1.0, abs=0.2)
+    assert state.stroke.shape[:3] == pytest.approx([1, 0.3, 0], abs=0.01) and state.about[:2] == pytest.approx(
+        [1, 0.3], abs=0.01
+    )
+    # Of each harmonic a cosine and a sine, but of the first a cosine alone.
+    shown = sum(weight * (order * rates < 0.4 * rate) for order, weight in enumerate((0.5, 1, 1, 1, 1), 1))
+    assert np.trace(state.known) == pytest.approx(fading @ shown, rel=0.12)
+    assert state.other == 0 and not state.quiet and 0.1 <= state.lively < 0.2 and state.wander < 0.2
+
+
 def stroke_of(motion, jumps=None, trend=None, shape=None, spacing=0.0375):
     """A fit with these parameters, the others 0."""
     sizes = MOTION_KNOTS, TREND_PARAMETERS, SHAPE_PARAMETERS

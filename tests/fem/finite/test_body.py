@@ -6,7 +6,7 @@ import pytest
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import TaylorHood
 from papilla.fem.finite.body import Body, Card
-from papilla.fem.finite.constitutive import Kinematics, response
+from papilla.fem.finite.constitutive import Kinematics, principal, response
 from papilla.model.finger import Layer
 from papilla.model.materials import NeoHookean, Ogden, Yeoh
 
@@ -33,6 +33,28 @@ def test_stress_and_tangent_are_derivatives(card, gradient, density):
         change = (response(card, up, pressure)[0] - response(card, down, pressure)[0]) / 2e-6
         assert tangent[:, :, k] == pytest.approx(change.reshape(-1, 9), abs=5e-9)
     assert np.array_equal(response(card, Kinematics.of(gradient), pressure)[1], tangent), "evaluating twice"
+
+
+@pytest.mark.parametrize("shape", [(), (6,), (3, 2), (1, 3, 2)], ids=str)
+@pytest.mark.parametrize("card", CARDS, ids=repr)
+def test_points_may_stand_in_any_table(card, shape):
+    """Volume, cofactor and stretches are those of NumPy's determinant, inverse and singular values, point by point."""
+    gradient = GRADIENTS["general"][: int(np.prod(shape))]
+    pressure = np.linspace(-1, 1, len(gradient))
+    table = Kinematics.of(gradient.reshape(*shape, 3, 3))
+    F = np.eye(3) + gradient
+    assert table.volume_change.shape == shape and table.volume_change.ravel() == pytest.approx(np.linalg.det(F) - 1)
+    cofactor = np.linalg.det(F)[:, None, None] * np.linalg.inv(F).swapaxes(1, 2)
+    assert table.cofactor.reshape(-1, 3, 3) == pytest.approx(cofactor) and table.jacobian.shape == shape
+    stretches, spatial, reference = principal(table)
+    assert stretches.reshape(-1, 3)[:, ::-1] == pytest.approx(np.linalg.svd(F, compute_uv=False))
+    turned = ((spatial * stretches[..., None, :]) @ reference.swapaxes(-1, -2)).reshape(-1, 3, 3)
+    assert turned == pytest.approx(F)
+    stress, tangent = response(card, table, pressure.reshape(shape))
+    points = [response(card, Kinematics.of(gradient[k]), pressure[k]) for k in range(len(gradient))]
+    assert stress.shape == (*shape, 3, 3) and tangent.shape == (*shape, 9, 9)
+    assert stress.reshape(-1, 3, 3) == pytest.approx(np.array([one for one, _ in points]))
+    assert tangent.reshape(-1, 9, 9) == pytest.approx(np.array([one for _, one in points]))
 
 
 def test_the_volume_change_of_a_tiny_strain_keeps_its_digits():

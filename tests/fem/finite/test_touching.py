@@ -128,3 +128,19 @@ def test_a_half_space_gives_way_by_less_as_the_skin_spreads():
 
     stretched = answer(spread * (places - touching.loaded.frame.origin) @ lateral.T @ lateral)
     assert stretched / answer(0 * places) == pytest.approx(1 / (1 + spread), abs=0.15 * spread)
+
+
+def test_nodes_on_a_mirror_stay_on_it_and_have_no_friction_across(quarter):
+    """Also where the displacement of the quarter is not that of a mirrored body: the mean over its images is."""
+    loaded = quarter.touching.loaded
+    rough, smooth = Touching(loaded, HalfSpace(0.5), 0.3), Touching(loaded, HalfSpace(0.5))
+    on_plane = rough.patch.xy == 0
+    assert smooth.fixed is None and np.array_equal(rough.fixed, on_plane.T) and on_plane.any(axis=0).all()
+    moved = np.random.default_rng(0).normal(0, 0.1, (quarter.body.space.nodes, 3))
+    current = smooth.current_patch(moved)
+    assert (current.xy[on_plane] == 0).all() and (current.xy[~on_plane] != rough.patch.xy[~on_plane]).all()
+    still = smooth.current_patch(np.zeros_like(moved))
+    assert np.array_equal(still.xy, rough.patch.xy) and still.mass == pytest.approx(rough.patch.mass)
+    stretched = smooth.current_patch(0.05 * quarter.body.space.displacement.doflocs.T @ np.diag([1, 1, 0]))
+    inside = rough.patch.mass > 0
+    assert np.median(stretched.mass[inside] / rough.patch.mass[inside]) == pytest.approx(1.05**2, rel=2e-2)

@@ -126,3 +126,34 @@ def test_unusable_options_are_refused_and_the_pipeline_knows_the_forms(options, 
         PrintedSoftness(**options)
     pipeline = Pipeline(calibration, columns=("force_N",), softness="quadratic")
     assert any("by the published form" in message for message in pipeline.notes)
+
+
+@pytest.mark.parametrize("form", ["printed", "exact"])
+def test_sigma_is_the_root_of_the_squares_of_what_each_error_changes(form):
+    """By differences of the modulus: noise over the root of the number of gauges, the force's, and no misfit."""
+    force, sd = 40.0, float(published_sd(40.0, 0.3))
+    at = [
+        one(form).update(sample(sd + a, force + b)).modulus_MPa for a, b in ((0.5, 0), (-0.5, 0), (0, 0.01), (0, -0.01))
+    ]
+    expected = math.hypot((at[0] - at[1]) * 3.0 / 2.0, (at[2] - at[3]) / 0.02 * 0.7)
+    answer = one(form, gauge_sigma=3.0, force_sigma_N=gf_to_newton(0.7)).update(sample(sd, force))
+    assert answer.modulus_sigma_MPa == pytest.approx(expected, rel=1e-3)
+
+
+def test_limits_of_force_and_modulus_are_those_of_the_printed_specimens(calibration):
+    """5 to 100 gf; from half of the softest specimen to one and a half of the hardest; contact from 0.02 N."""
+    for force, status in ((4.99, "FORCE_BELOW"), (5.0, "OK"), (100.0, "OK"), (100.01, "FORCE_ABOVE")):
+        assert one("exact").update(sample(float(published_sd(force, 0.3)), force)).status == SoftnessStatus[status]
+    for modulus, status in ((0.0446, "OK"), (0.0444, "SOFTER")):
+        assert one("exact").update(sample(float(published_sd(60.0, modulus)), 60.0)).status == SoftnessStatus[status]
+    for force_N, status in ((0.0199, "NO_CONTACT"), (0.0201, "FORCE_BELOW")):
+        assert one("exact").update([*(9 * PATTERN), force_N]).status == SoftnessStatus[status]
+    assert one("exact", contact_force_N=0.3).update([*(9 * PATTERN), 0.29]).status == SoftnessStatus.NO_CONTACT
+    assert (
+        PrintedSoftness(calibration, gauges=5).columns[-1] == "force_N"
+        and len(PrintedSoftness(calibration).columns) == 6
+    )
+    for options in ({"gauges": 4}, {"form": "quadratic", "scale": 1.0}):
+        with pytest.raises(InputError):
+            PrintedSoftness(calibration, **options)
+    assert PrintedSoftness(scale=1.0, gauges=2).update((-300.0, 300.0, 0.5)).status in iter(SoftnessStatus)

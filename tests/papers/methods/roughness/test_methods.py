@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from scipy.signal import butter, lfilter
+from scipy.signal import butter, detrend, lfilter
 
 from papilla.core.errors import InputError
 from papilla_papers.methods.roughness import (
     ImpulseDensity,
     ImpulseInterval,
     Okamoto,
+    RoughnessStatus,
     ShortTimeSpectrum,
     ZeroCrossing,
     expected_error,
@@ -71,6 +72,8 @@ def test_crossings_by_hand():
             expected.append(float(over and not was))
         fired = [*map(UpwardCrossings(80, threshold, 1000.0, 10.0).fire, readings.tolist())]
         assert fired == expected and 25 < sum(fired) < 200
+    for method, samples in ((ImpulseDensity, 200), (ImpulseInterval, 200), (ZeroCrossing, 80)):
+        assert {method(variant=variant).window_samples for variant in ("as_printed", "corrected")} == {samples}
     assert Corpuscle.PRINTED == (1.5, 1.5) and pytest.approx((1.2, 0.96)) == Corpuscle.CORRECTED
     assert UpwardCrossings.PRINTED == (0.0, 0.0) and UpwardCrossings.CORRECTED == (0.0, -0.7)
 
@@ -107,6 +110,57 @@ def test_power_is_the_spectral_density_of_the_line(variant, window_s):
     spread = 1.0 if variant == "as_printed" else 1.5  # equivalent noise bandwidth of the Hann taper
     assert answer.power[-1] == pytest.approx(0.5 * 9.0 * window_s / spread, rel=0.02)
     assert answer.frequency_Hz[-1] == pytest.approx(50.0, abs=0.02)
+
+
+@pytest.mark.parametrize("method, hop", [(ShortTimeSpectrum, 10), (Okamoto, 1)])
+@pytest.mark.parametrize("variant", ["as_printed", "corrected"])
+def test_spectra_by_hand(method, hop, variant, grating):
+    """The window, its taper, the line, its density and the wavelength written out once more, in strokes with noise."""
+    rows, estimator = grating(1.8, "act1", seconds=1.2, snr_dB=10.0), method(variant=variant)
+    answer, size, corrected = estimator.process(rows), estimator.window_samples, variant == "corrected"
+    windows = {ShortTimeSpectrum: (200, 200), Okamoto: (32, 80)}
+    assert size == windows[method][corrected]
+    taper = np.hamming(size) if method is Okamoto else np.hanning(size + 2)[1:-1] if corrected else np.ones(size)
+    padding, compared = 4 if corrected else 1, 0
+    for last in range(size - 1 + 30 * hop, 1200, 7 * hop):
+        part, speeds = rows[last + 1 - size : last + 1, 0], np.abs(rows[last + 1 - size : last + 1, 1])
+        power = np.abs(np.fft.rfft((detrend(part) if corrected else part) * taper, padding * size)) ** 2
+        line_Hz, speed = 1000 / (padding * size), speeds @ taper**2 / (taper @ taper)
+        low, high = (speed / limit / line_Hz for limit in (6.0, 0.4)) if corrected else (1, len(power) - 2)
+        best = int(low) + int(power[int(low) : int(high) + 1].argmax())
+        if answer.status[last] == 0:
+            a, b, c = np.log(power[best - 1 : best + 2])
+            place = best + (0.5 * (a - c) / (a - 2 * b + c) if corrected else 0.0)
+            assert answer.frequency_Hz[last] == pytest.approx(place * line_Hz, rel=1e-6)
+            assert answer.wavelength_mm[last] == pytest.approx(
+                (speed if corrected else speeds[-1]) / place / line_Hz, rel=1e-6
+            )
+            assert answer.power[last] == pytest.approx(2 * power[best] / 1000 / (taper @ taper), rel=1e-6)
+            compared += 1
+    assert compared > (10 if hop > 1 else 90)
+
+
+def test_only_lines_of_the_wavelength_range_count_when_corrected():
+    time = np.arange(1200) / 1000
+    for wavelength, inside in ((0.403, True), (0.397, False), (5.9, True), (6.4, False)):
+        for method in (ShortTimeSpectrum, Okamoto):
+            rows = np.column_stack([np.sin(2 * np.pi * 150.0 / wavelength * time), np.full(1200, 150.0)])
+            answer = method(variant="corrected", window_s=0.4).process(rows)
+            assert np.isfinite(answer.wavelength_mm[-1]) == inside, wavelength
+            assert not inside or answer.wavelength_mm[-1] == pytest.approx(wavelength, rel=1e-3)
+
+
+def test_a_sample_is_late_after_one_and_a_half_periods_and_a_duplicate_before_half(grating):
+    rows = grating(1.2, seconds=0.8)
+    for step, statuses in ((0.46, "DUPLICATE"), (0.54, "OK"), (1.46, "OK"), (1.54, "GAP")):
+        times = np.arange(800) / 1000
+        times[600:] += (step - 1) / 1000
+        answer = ImpulseDensity().process(np.column_stack([rows, times])).sentence[600]
+        assert answer == RoughnessStatus[statuses].sentence, step
+    reading = np.column_stack([10.0 * np.sin(np.arange(400.0)), np.full(400, 90.0)])
+    reading[350, 0], reading[351, 0] = 11.0, -10.999
+    assert ImpulseDensity(saturation=11.0).process(reading).status[350:352].tolist() == [
+        RoughnessStatus.SATURATED, RoughnessStatus.GAP]  # fmt: skip
 
 
 @pytest.mark.parametrize("line_Hz", [50.0, 73.4])

@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.signal import detrend
+from scipy.stats import norm
 
 from papilla.core.errors import InputError
 from papilla_papers.methods.texture import (
+    Band,
     band_amplitudes,
     best_band,
     concordance,
@@ -64,17 +67,6 @@ def test_18_to_118_hz_is_a_corner_of_the_grid_and_not_of_the_fabric(exponent):
     assert narrow.low_Hz < 200 < narrow.high_Hz and not narrow.corner and "corner" not in narrow.sentence
 
 
-def test_the_band_that_follows_the_scores_is_found():
-    scores, time, bands = np.array([1.0, 2.0, 3.0, 4.0]), np.arange(4000) / RATE, printed_bands()
-    tones = np.outer(np.sin(2 * np.pi * 70 * time), scores) + 3 * np.sin(2 * np.pi * 5 * time)[:, None]
-    records = tones + 1e-3 * np.random.default_rng(0).normal(size=tones.shape)
-    found = matching_band(records, RATE, scores, bands)
-    assert found.low_Hz < 70 <= found.high_Hz and found.agreement.coefficient > 0.999
-    amplitude = band_amplitudes(records, RATE, [found.low_Hz, found.high_Hz])[0]
-    again = concordance(amplitude / amplitude.max(), scores / 4)
-    assert again.coefficient == pytest.approx(found.agreement.coefficient, abs=1e-6)
-
-
 @pytest.mark.parametrize(
     "refused, message",
     [
@@ -117,15 +109,65 @@ def test_concordance_of_a_published_comparison():
     assert shifted.correlation == pytest.approx(found.correlation) and shifted.coefficient < 0.7
 
 
-@pytest.mark.parametrize("shift, scale, rho", [(0.0, 1.0, 0.9), (0.5, 1.3, 0.8), (0.3, 1.0, 0.0)])
-def test_the_interval_covers_the_truth_as_often_as_it_says(shift, scale, rho):
-    generator, truth = np.random.default_rng(7), 2 * rho * scale / (1 + scale**2 + shift**2)
-    covered = 0
-    for _ in range(400):
-        x, e = generator.normal(size=(2, 40))
-        found = concordance(x, shift + scale * (rho * x + np.sqrt(1 - rho**2) * e))
-        covered += found.low <= truth <= found.high
-    assert 0.90 <= covered / 400 <= 0.985
+@pytest.mark.parametrize("level, shift", [(0.95, 0.0), (0.8, 120.0), (0.5, -300.0), (0.9999, 40.0)])
+def test_the_interval_is_that_of_the_published_variance(level, shift):
+    """Lin 1989 as corrected in 2000, written with the squares of r below the line."""
+    x, y = np.array(LARGE, float), np.array(MINI, float) + shift
+    answer, r = concordance(x, y, level), np.corrcoef(x, y)[0, 1]
+    u, c = (x.mean() - y.mean()) / np.sqrt(x.std() * y.std()), answer.coefficient
+    terms = (1 - r**2) * c**2 / r**2 / (1 - c**2), 2 * c**3 * (1 - c) * u**2 / r / (1 - c**2) ** 2
+    sd = np.sqrt((sum(terms) - c**4 * u**4 / (2 * r**2) / (1 - c**2) ** 2) / (len(x) - 2))
+    half = norm.ppf(0.5 + level / 2) * sd
+    assert (answer.low, answer.high) == pytest.approx(tuple(np.tanh(np.arctanh(c) + np.array([-half, half]))))
+    assert (answer.correlation, answer.count) == (pytest.approx(r), 17)
+    assert concordance(x, -x).coefficient == pytest.approx(concordance(-x, x).coefficient)
+    assert concordance(x[:4], y[:4]).count == 4
+
+
+def test_the_best_bands_are_those_of_all_bands_tried_one_by_one():
+    rng, bands = np.random.default_rng(3), printed_bands()[::97] + random_bands(1, 8)
+    records, scores = rng.standard_normal((2000, 4)), rng.uniform(0.3, 1.0, 4)
+    cut = np.array(random_bands(1, 8))
+    assert cut[:, 0].tolist() == [*range(1, 10)] and cut[0, 1] == 0 and (cut[1:, 1] == cut[:-1, 2]).all()
+    every = np.array([band_amplitudes(records, RATE, [low, high])[0] for _, low, high in bands])
+    agreed = [concordance(amplitude / amplitude.max(), scores / scores.max()).coefficient for amplitude in every]
+    answer, loudest = matching_band(records, RATE, scores, bands), best_band(records, RATE, bands)
+    assert (answer.number, answer.low_Hz, answer.high_Hz) == bands[np.argmax(agreed)]
+    assert answer.agreement.coefficient == pytest.approx(max(agreed))
+    assert answer.amplitude == pytest.approx(every[np.argmax(agreed)].mean())
+    assert (loudest.number, loudest.low_Hz, loudest.high_Hz) == bands[every.mean(axis=1).argmax()]
+    assert loudest.amplitude == pytest.approx(every.mean(axis=1).max())
+    assert best_band(records[:, 0], 1000.0, bands).amplitude > 0 and Band(0.0, 10.0, 1, 1.0).corner
+    for low, high, number, corner in ((3.0, 53.0, 4, True), (3.0, 48.0, 4, False), (4.0, 54.0, 4, False)):
+        assert (
+            Band(low, high, number, 1.0).corner == corner
+            and f"{low:g}-{high:g} Hz" in Band(low, high, number, 1).sentence
+        )
+
+
+def test_features_are_amplitudes_between_edges_even_in_log_frequency():
+    window = np.random.default_rng(1).normal(size=200).cumsum()
+    edges = np.geomspace(2 * 50.0 / 200, 0.95 * 25.0, 7)
+    np.testing.assert_allclose(
+        log_band_features(window, 50.0, 6), np.log(band_amplitudes(detrend(window), 50.0, edges)), rtol=1e-9
+    )
+    few = np.random.default_rng(1).normal(size=8)
+    assert band_amplitudes(few, 8.0, [0, 4]).size == 1 and normalised_scores([[2.0]]) == pytest.approx(2.0)
+    amplitude = 2 / 8 * np.abs(np.fft.rfft(few - few.mean()))
+    np.testing.assert_allclose(band_amplitudes(few, 8.0, [1.5, 2.5]), amplitude[2])
+    of_runs = gratings(0.01, 0)
+    for function, *arguments in (
+        (band_amplitudes, few[:7], 8.0, [0, 4]), (band_amplitudes, few, 8.0, [-1, 4]), (band_amplitudes, few, 8.0, [1]),
+        (band_amplitudes, few, 8.0, [1, 1]), (grubbs_critical, 2), (grubbs_outliers, [[1.0, 2.0, 3.0]] * 3),
+        (concordance, few, few, 0.4999), (concordance, few, few, 0.99995), (best_band, few, 999.9, [(1, 0, 1)]),
+        (normalised_scores, np.zeros((0, 3))),
+    ):  # fmt: skip
+        with pytest.raises(InputError):
+            function(*arguments)
+    for left_out in (24, 0):
+        with pytest.raises(InputError):
+            leave_m_out(*of_runs, left_out, seed=0)
+    assert grubbs_outliers([1.0, 1.0, 1.0, 1.0, 9.0, 9.0]).tolist() == [False] * 6
 
 
 @pytest.mark.parametrize(

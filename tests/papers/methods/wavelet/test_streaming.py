@@ -39,6 +39,9 @@ def test_each_instant_is_that_of_the_whole_record():
     assert np.abs(turned).max() < 0.01
     np.testing.assert_allclose(found.frequency_Hz[late], truth[ahead], rtol=0.04)
     assert (found.status[late] == RidgeStatus.OK).all() and found.sentence[late[0]] == "ok"
+    moved = make().process(rows + [5.0, -90.0])
+    np.testing.assert_array_equal(moved.frequency_Hz[late], found.frequency_Hz[late])
+    np.testing.assert_allclose(moved.magnitude[late], found.magnitude[late], rtol=1e-6)
     window = whole.window(300 - 19, 300)
     assert found.mean_Hz[300 + lag] == pytest.approx(window.mean_Hz)
     assert found.sd_Hz[300 + lag] == pytest.approx(window.sd_Hz)

@@ -185,3 +185,53 @@ def test_passive_touch_table_of_the_paper():
             window = cross_wavelet(*pair, RATE, octaves(5, 60, 100)).ridge.window(350, 549)
             assert window.mean_Hz == pytest.approx(speed / period_mm, rel=0.01)
             assert window.sd_Hz / window.mean_Hz < 0.016
+
+
+def test_limits_of_records_octaves_periods_and_cones_are_where_they_are_said_to_be():
+    few = SAMPLES[:8]
+    assert morlet(few, 8.0, [1.0, 3.99]).coefficients.shape == (2, 8) and octaves(10, 80, 6)[[0, 6, -1]].tolist() == [
+        10,
+        20,
+        80,
+    ]
+    assert len(octaves(10, 80, 6)) == 19 and len(octaves(10, 79, 1)) == 3 and len(octaves(5, 10)) == 101
+    for refused in ((few[:7], 8.0, 2.0), (few, 8.0, 4.0), (few, 8.0, 0.99), (np.stack([few, few]), 8.0, 2.0)):
+        with pytest.raises(InputError):
+            morlet(*refused)
+    np.testing.assert_allclose(periods_of_phase(np.pi, 1.0, (0.4, 2.0)), [2, 2 / 3, 0.4])
+    assert periods_of_phase(np.pi, 1.0, (0.4001, 1.999)) == pytest.approx(2 / 3)
+    assert lag_of_phase(np.pi / 2, 3.0) == pytest.approx(0.75)
+    wave, count = morlet(SAMPLES, 50.0, [3.0, 9.0]), np.arange(100)
+    from_end = np.minimum(count, 99 - count) / 50.0
+    assert np.array_equal(
+        wave.inside, from_end >= (np.sqrt(2) * (6 + np.sqrt(38)) / (4 * np.pi * np.array([[3.0], [9.0]])))
+    )
+
+
+def test_levels_and_ridges_are_those_of_their_definitions():
+    one, two = np.random.default_rng(8).normal(size=(2, 400)).cumsum(axis=1) + [[3.0], [-90.0]]
+    red, frequency = RedNoise.of(one), octaves(10, 100, 10)
+    centred = one - one.mean()
+    alpha = np.sum(centred[1:] * centred[:-1]) / np.sum(centred**2)
+    assert (red.variance, red.alpha) == pytest.approx((one.var(), alpha))
+    mean_power = np.mean(red.power(np.linspace(0, 300, 3001)[:-1], 300.0))
+    assert mean_power == pytest.approx(one.var()), "over all frequencies the power is the variance"
+    both = [RedNoise.of(channel).power(frequency, 300.0) for channel in (one, two)]
+    pair = cross_wavelet(one, two, 300.0, frequency)
+    np.testing.assert_allclose(pair.level, np.sqrt(both[0] * both[1]) * cross_quantile() / 2)
+    np.testing.assert_allclose(cross_threshold(one, two, 300.0, 20.0, 0.01) / cross_threshold(one, two, 300.0, 20.0),
+                               cross_quantile(0.01) / cross_quantile(0.05))  # fmt: skip
+    assert common_threshold(one, two, 300.0, 20.0, 0.3173) * 3.8415 == pytest.approx(
+        common_threshold(one, two, 300.0, 20.0), rel=1e-3
+    )
+    magnitude, at = np.abs(pair.product), np.arange(400)
+    best = magnitude.argmax(axis=0)
+    for name, whole in (("significant", pair.significant), ("travels", pair.travels), ("inside", pair.inside)):
+        assert np.array_equal(getattr(pair.ridge, name), whole[best, at]), name
+    assert np.array_equal(pair.significant, magnitude > pair.level[:, None])
+    assert np.array_equal(
+        pair.travels, pair.significant & (pair.product.imag**2 > pair.common_level[:, None] * magnitude)
+    )
+    np.testing.assert_array_equal(pair.ridge.magnitude, magnitude.max(axis=0))
+    assert pair.ridge.strongest == magnitude.max(axis=0).argmax()
+    np.testing.assert_allclose(np.exp(1j * pair.ridge.phase), pair.product[best, at] / magnitude[best, at])
