@@ -14,7 +14,7 @@ from papilla.core.units import TINY_DIVISOR, UM_PER_MM, to_microstrain
 from papilla.design.geometry import gains_of
 from papilla.design.presses import SOFTEST_MODULUS_RATIO, DesignPresses
 from papilla.design.scene import DesignScene
-from papilla.fem.finite.strain_tables import TABLE_FORCES
+from papilla.fem.finite.strain_tables import RELATIVE_TABLE_FORCES
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD, LARGEST_FORCE_RATIO, TABLE_LOG_MARGIN
 from papilla.mesh.body import narrowest_mm
 from papilla.model.finger import Finger
@@ -92,7 +92,8 @@ def _between_forces(finger: Finger, force: np.ndarray, beyond: float) -> np.ndar
     """Whether forces (N) lie within those of the tables of large strain, or at most `beyond` outside in the
     logarithm."""
     scaled = np.log(force / (finger.inner.modulus * narrowest_mm(finger) ** 2))
-    return (scaled >= math.log(TABLE_FORCES[0]) - beyond) & (scaled <= math.log(TABLE_FORCES[-1]) + beyond)
+    least, most = (math.log(RELATIVE_TABLE_FORCES[end]) for end in (0, -1))
+    return (scaled >= least - beyond) & (scaled <= most + beyond)
 
 
 def _channel(scene: DesignScene, name: str, values: np.ndarray, error: float) -> GaugeSurface:

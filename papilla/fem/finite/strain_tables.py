@@ -32,7 +32,7 @@ from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD as STUCK
 from papilla.model.specimen import Friction, friction_coefficient
 
-TABLE_FORCES = tuple(np.geomspace(0.00225, 0.09, 6).tolist())
+RELATIVE_TABLE_FORCES = tuple(np.geomspace(0.00225, 0.09, 6).tolist())
 """F / (E_inner H^2), H being `narrowest_mm`; for the default finger: 0.03 to 1.2 N."""
 
 BLOCK_MODULUS_RATIOS = (0.5, 1.5, 4.0, 10.0, 40.0, 1e4)
@@ -61,7 +61,7 @@ def measure_large_strain(
     mesh: LayeredMesh,
     *,
     friction: Friction = 0.0,
-    forces: Sequence[float] = TABLE_FORCES,
+    forces: Sequence[float] = RELATIVE_TABLE_FORCES,
     moduli: Sequence[float] = BLOCK_MODULUS_RATIOS,
     progress: Progress = silent,
 ) -> LargeStrain:
@@ -194,7 +194,7 @@ def measure_few(finger: Finger, ratio: float, stuck: bool, progress: Progress) -
     mesh = build(finger, RELATIVE_ELEMENT_SIZE * narrowest_mm(finger))
     if abs(ratio * finger.inner.modulus / finger.outer.modulus - 1) > 1e-12:
         finger = with_moduli(finger, ratio * finger.inner.modulus, finger.inner.modulus)
-    forces, moduli = [TABLE_FORCES[k] for k in FEW_FORCES], [BLOCK_MODULUS_RATIOS[k] for k in FEW_MODULI]
+    forces, moduli = [RELATIVE_TABLE_FORCES[k] for k in FEW_FORCES], [BLOCK_MODULUS_RATIOS[k] for k in FEW_MODULI]
     friction: Friction = STUCK if stuck else 0.0
     return measure_large_strain(
         finger, mesh, friction=friction, forces=forces, moduli=moduli, progress=counted(progress, name)
