@@ -10,16 +10,18 @@ import numpy as np
 from papilla import fem
 from papilla.calibration import Calibration
 from papilla.calibration.fitting.checking import (
+    FAILED_WIDENING,
     Depth,
     Recovery,
     Truth,
+    held_as_stated,
     mesh_number,
     press_truth,
     published_depths,
     truth_is_known,
     worst_law,
 )
-from papilla.calibration.fitting.fit import fit
+from papilla.calibration.fitting.fit import fit, with_compact
 from papilla.calibration.fitting.position_terms import with_positions
 from papilla.calibration.fitting.sweep import (
     CHECKED_FORCE_N,
@@ -91,7 +93,8 @@ class Calibrated:
 
     presses : computed. truth : None if none of its presses is within the domain. depths : comparison with the published
     ones.
-    bench : the measured presses that the finger was identified from, if it was.
+    bench : the measured presses that the finger was identified from, if it was. widening : factor by which one sigma of
+    S_d was widened, because the intervals held too few of the presses of `truth`.
     """
 
     calibration: Calibration
@@ -101,6 +104,12 @@ class Calibrated:
     truth: Truth | None = None
     depths: Sequence[Depth] = ()
     bench: MeasuredPresses | None = None
+    widening: float = 1.0
+
+    @property
+    def failed(self) -> bool:
+        """Whether intervals had to be widened so far that the calibration's errors are not understood."""
+        return self.widening > FAILED_WIDENING
 
 
 def calibrate_finger(
@@ -175,8 +184,13 @@ def calibrate_finger(
     law = worst_law(laws)
     notes = (*calibration.notes, *([law] if "unstable" in law else []), *([QUICK_NOTE] if quick else []))
     calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": law})
-    judged = Truth.of(calibration, np.concatenate(unseen)) if any(map(len, unseen)) else None
-    return Calibrated(calibration, presses, recovery, reduced, judged, published_depths(finger, reduced))
+    judged, widening = None, 1.0
+    if any(map(len, unseen)):
+        judged = Truth.of(calibration, np.concatenate(unseen))
+        wider, widening = held_as_stated(calibration, np.concatenate(unseen))
+        calibration = calibration if widening == 1 else with_compact(wider)
+    depths = published_depths(finger, reduced)
+    return Calibrated(calibration, presses, recovery, reduced, judged, depths, widening=widening)
 
 
 def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, progress: Progress) -> Sweep:

@@ -77,12 +77,16 @@ class Touching:
         size = len(self.patch.xy) * (SPACE_AXES if self.friction else 1)
         return self._answers[:size, :size]
 
+    @property
+    def turns(self) -> bool:
+        """Whether the specimen's own deformation turns the pressure."""
+        return bool(self.friction) or self.specimen.has_traction_compliance
+
     @cached_property
     def _answers(self) -> np.ndarray:
         """The compliance against all tractions (3n, 3n); (n, n) for a specimen that has one against pressure alone."""
         unit, surface = self.specimen.unit, PatchSurface(self.patch)
-        whole = self.friction or self.specimen.has_traction_compliance
-        compliance = unit.traction_compliance(surface) if whole else unit.compliance(surface)
+        compliance = unit.traction_compliance(surface) if self.turns else unit.compliance(surface)
         return compliance * (unit.modulus / self.specimen.modulus)
 
     @property
