@@ -68,15 +68,19 @@ class Scene:
         patch = DEFAULT_PATCH_SHARE * min(self.outer)
         return replace(base, name=self.name, gauges=gauges, patch_radius=patch, bench=Bench(self.block_mm), **layers)
 
-    def bodies(self, linear_block: bool = False) -> Bodies:
-        """Finger and block of the independent code."""
+    @property
+    def shape(self) -> Shape:
+        """Finger and block of the independent code, and its cells."""
         # Fine cells as far as contact may come, and a block so wide that its sides are out of reach
         near = 2 / math.pi * math.asin(0.5 * min(self.outer) / self.outer[0])
         width = 1.9 * self.outer[0] + 1.5 * self.block_mm
-        shape = Shape(self.outer, self.interface, self.bone, self.block_mm, width, (48, 6, 9, 10), near)
+        return Shape(self.outer, self.interface, self.bone, self.block_mm, width, (48, 6, 9, 10), near)
+
+    def bodies(self, linear_block: bool = False) -> Bodies:
+        """Finger and block of the independent code."""
         modulus = math.inf if self.block_MPa >= RIGID_MPA else self.block_MPa
         block = Rubber(modulus, SPECIMEN_NU, linear=linear_block)
-        return Bodies(shape, [Rubber(self.outer_MPa), Rubber(self.inner_MPa), block])
+        return Bodies(self.shape, [Rubber(self.outer_MPa), Rubber(self.inner_MPa), block])
 
 
 SCENES = (

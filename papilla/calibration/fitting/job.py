@@ -39,7 +39,7 @@ from papilla.core.units import PER_CENT
 from papilla.core.workers import workers
 from papilla.fem.finite.strain_tables import begin_large_strain
 from papilla.fem.pressing.large_strain import ends_of, large_strain_error, tables_of
-from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.mesh import default_size_mm
 from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD, Friction, friction_coefficient
 
@@ -131,8 +131,8 @@ def calibrate_finger(
     friction : between finger and specimens: 0, Coulomb's coefficient or "stick". None takes the friction of the
         finger's bench. If the bench states none, presses stick, as silicone does on silicone, and intervals also
         contain presses without friction.
-    size_mm : element size at the contact on all meshes. None takes `DEFAULT_SIZE_MM`, and that of `identify` for the
-        uncertainty of an identification.
+    size_mm : element size at the contact on all meshes. None takes `papilla.mesh.default_size_mm`, and that of
+        `identify` for the uncertainty of an identification.
     progress : told each stage, and the presses of a sweep.
     processes : number of processes, if much is not in the cache (`papilla.core.workers`).
     forces, moduli : of the sweep, N and MPa; at least three each.
@@ -146,7 +146,7 @@ def calibrate_finger(
     if finger.identified is not None and identified is None:
         raise InputError("the finger was identified: papilla.calibrate also adds the uncertainty of that")
     friction = finger.bench.friction if friction is None else friction
-    size = size_mm or DEFAULT_SIZE_MM
+    size = size_mm or default_size_mm(finger)
     block, stated = finger.bench.specimen, friction is not None
     pressed: tuple[Friction, ...] = (STICK_WORD, 0.0) if friction is None else (friction,)
     against: tuple[Friction, ...] = () if quick else pressed
