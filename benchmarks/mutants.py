@@ -1,7 +1,7 @@
-"""Do the tests notice? Seeded faults in the code, one at a time, each against the quick tests of its package.
+"""Do the tests notice? Seeded faults in the code, one at a time, each against the tests of its package.
 
-Run with `python benchmarks/mutants.py fem mesh --count 25`: prints the share of mutants that a test killed, and those
-that survived. `--list` shows the mutants.
+Run with `python benchmarks/mutants.py fem mesh --count 25`: prints the share of mutants that a quick test killed, with
+`--slow` any test, and those that survived. `--list` shows the mutants.
 
 Every mutant runs in a copy of the tree, against the tests that reach its function, the quickest first, until one
 fails or they have taken `SHARE_S`; a mutant that is not found by then counts as survived. First all tests of the
@@ -78,7 +78,7 @@ PROCESSES.set_forkserver_preload(
 STARTERS = ("papilla/mesh/child.py", "papilla/core/workers.py")  # They start processes, in which nothing is traced
 EVERY = "tests/conftest.py"  # A file that all tests reach
 
-QUICK = ("-x", "-q", "-m", "not slow", "-p", "no:cacheprovider")
+OPTIONS = ("-x", "-q", "-p", "no:cacheprovider")
 
 EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/calibration/surface.py", "0.5", "0.55"): "where a safeguarded root search starts or bisects",
@@ -357,10 +357,10 @@ def run_tests(tree: Path, tests: list[str], limit_s: float | None, traced: bool)
         os.dup2(output.fileno(), 2)
     base = f"--basetemp={tree / 'tmp'}"
     if not traced:
-        sys.exit(pytest.main([*QUICK, base, *tests], [Warm(tree / CACHE)]))
+        sys.exit(pytest.main([*OPTIONS, base, *tests], [Warm(tree / CACHE)]))
     plugin = Reached(tree)
     threading.settrace(plugin.see)
-    failed = pytest.main([*QUICK, base, *tests], [plugin])
+    failed = pytest.main([*OPTIONS, base, *tests], [plugin])
     Path("reached.json").write_text(json.dumps(plugin.by_function()))
     sys.exit(failed)
 
@@ -444,9 +444,11 @@ def main() -> None:
     parser.add_argument("packages", nargs="*", default=["fem", "mesh", "calibrate", "calibration"])
     parser.add_argument("--count", type=int, default=25, help="mutants of each package")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--slow", action="store_true", help="run the slow tests, too")
     parser.add_argument("--list", action="store_true", help="show the mutants and run nothing")
     chosen = parser.parse_args()
     os.environ |= {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")}
+    os.environ["PYTEST_ADDOPTS"] = "" if chosen.slow else "-m 'not slow'"
     os.environ.pop("PAPILLA_TEST_CACHE", None)  # Each fault has a cache of its own
     for package in chosen.packages:
         plan = drawn(package, chosen.count, chosen.seed)
