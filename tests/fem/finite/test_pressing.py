@@ -86,8 +86,6 @@ def _scaled(finger, length, stress):
 @pytest.mark.parametrize("shape", ["dome", pytest.param("slab", marks=pytest.mark.slow)])
 def test_a_press_knows_no_unit_of_length_or_stress(shape, length, stress):
     finger = Finger.load(DEFAULT_FINGER.with_name(f"{shape}_finger.toml"))
-    if shape == "slab":
-        finger = dataclasses.replace(finger, patch_radius=20.0)  # It is touched along its whole depth
 
     def answers(finger, length, stress):
         size = (4 if shape == "dome" else 2) * default_size_mm(finger)
