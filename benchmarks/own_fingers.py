@@ -1,89 +1,148 @@
-"""Presses of three fingers of one's own by default physics, against a code that shares nothing with papilla's.
+"""Presses of fingers that papilla was not made on, by default physics, against a code that shares nothing with it.
 
-`python benchmarks/own_fingers.py [--geometry A B C] [--moduli MPA ...] [--frictions MU ...] [--forces-gf F ...]`
+`python benchmarks/own_fingers.py [--draws N --seed S] [--geometry A B C] [--frictions MU ...] [--out FILE]`
 
-Three domes of revolution, none of them the one that ships; bonded blocks of 10 mm, 5 to 100 gf, stuck, mu 0.1 and
-without friction. The truth is `papilla.references.axisymmetric`: finger and neo-Hookean block at finite strain. The
-first run of a geometry makes its tables of large strain (`papilla.fem.finite.strain_tables`). Printed are the largest
-errors: of S_d and indentation, relative; of the gauges' strains over the largest strain of the press.
+The truth is `papilla.references.axisymmetric`: finger and neo-Hookean block at finite strain, the pressure along their
+deformed surfaces. Pressed are three domes of revolution, or with `--draws` as many drawn ones: 0.3 to 2 times as high
+as the default, height over half breadth 0.6 to 1.7, skin 8 to 25 % of the height, moduli 1 to 16 to 1, bonded blocks
+0.5 to 2 heights thick of 1.5 E_inner to rigid, and F / (E_inner H^2) from 0.0036 to 0.072: 5 to 100 gf of the default.
+
+Printed are errors over the presses of a path, in %: of S_d rms and worst, of the gauges' strains rms over the largest
+strain of their press, and of the indentation rms; and the block's share: what its own large strain changes in S_d, by
+the reference with a block that stays linear. `--out` writes all presses as JSON.
 """
 
 import argparse
+import json
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from papilla import Finger, fem
-from papilla.core import units
-from papilla.core.errors import ContactRangeError
+from papilla.core.errors import ContactRangeError, SolverError
+from papilla.core.files import write_text
 from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.model.finger import Layer
+from papilla.mesh.body import narrowest_mm
+from papilla.model.finger import Bench, Layer
 from papilla.model.specimen import STICK_WORD, Block, Friction, friction_coefficient
 from papilla.references.axisymmetric.bodies import Bodies, Rubber, Shape
 from papilla.references.axisymmetric.presses import press_path
 from papilla.verify.revolution import finger_of
 
-FORCES_GF = (5.0, 10.0, 20.0, 50.0, 100.0)
-FRICTIONS: tuple[Friction, ...] = (STICK_WORD, 0.1, 0.0)
-SPECIMEN_NU = 0.495
+SCALED_FORCES = tuple(np.geomspace(0.0036, 0.072, 5).tolist())
+"""F / (E_inner H^2)."""
+
+FRICTIONS: tuple[Friction, ...] = (STICK_WORD, 0.0)
+SPECIMEN_NU, RIGID_MPA = 0.495, 1e3
+DEFAULT_HEIGHT_MM, DEFAULT_PATCH_SHARE = 20.0, 0.75
 
 
 @dataclass(frozen=True)
-class Geometry:
-    """A dome of revolution; gauge_size : of its gauges, in those of the default finger."""
+class Scene:
+    """A dome of revolution, half axes (r, z) in mm, and the block that is pressed on it."""
 
-    shape: Shape
+    name: str
+    outer: tuple[float, float]
+    interface: tuple[float, float]
+    bone: tuple[float, float]
     outer_MPa: float
     inner_MPa: float
-    patch_radius: float
-    gauge_size: float = 1.0
+    block_MPa: float
+    block_mm: float
+
+    @property
+    def size(self) -> float:
+        """Its smaller half axis over the default finger's."""
+        return min(self.outer) / DEFAULT_HEIGHT_MM
 
     @property
     def finger(self) -> Finger:
-        """The design, with the default finger's gauges on its interface."""
-        base, k = finger_of(self.shape), self.gauge_size
+        """The design, with the default finger's gauges on its interface, as large as the finger has them."""
+        base, k = finger_of(Shape(self.outer, self.interface, self.bone)), self.size
         sizes = {"length_mm": 2.4 * k, "width_mm": 2.0 * k, "backing_mm": (4.8 * k, 2.0 * k)}
         gauges = tuple(replace(gauge, **sizes) for gauge in base.gauges)
         layers = {"outer": Layer(self.outer_MPa), "inner": Layer(self.inner_MPa)}
-        return replace(base, name="own", gauges=gauges, patch_radius=self.patch_radius, **layers)
+        patch = DEFAULT_PATCH_SHARE * min(self.outer)
+        return replace(base, name=self.name, gauges=gauges, patch_radius=patch, bench=Bench(self.block_mm), **layers)
 
-    def bodies(self, modulus: float) -> Bodies:
+    @property
+    def shape(self) -> Shape:
+        """Finger and block of the independent code, and its cells."""
+        # Fine cells as far as contact may come, and a block so wide that its sides are out of reach
+        near = 2 / math.pi * math.asin(0.5 * min(self.outer) / self.outer[0])
+        width = 1.9 * self.outer[0] + 1.5 * self.block_mm
+        return Shape(self.outer, self.interface, self.bone, self.block_mm, width, (48, 6, 9, 10), near)
+
+    def bodies(self, linear_block: bool = False) -> Bodies:
         """Finger and block of the independent code."""
-        rubbers = [Rubber(self.outer_MPa), Rubber(self.inner_MPa), Rubber(modulus, SPECIMEN_NU)]
-        return Bodies(self.shape, rubbers)
+        modulus = math.inf if self.block_MPa >= RIGID_MPA else self.block_MPa
+        block = Rubber(modulus, SPECIMEN_NU, linear=linear_block)
+        return Bodies(self.shape, [Rubber(self.outer_MPa), Rubber(self.inner_MPa), block])
 
 
-GEOMETRIES = {
-    "A": Geometry(Shape((24.0, 20.0), (21.0, 17.0), (10.0, 6.0)), 0.136, 0.034, 15.0),
-    "B": Geometry(Shape((17.0, 23.0), (15.0, 21.0), (6.0, 9.0), near=0.32, width=32.0), 0.136, 0.034, 10.0),
-    "C": Geometry(Shape((14.0, 12.0), (12.0, 10.0), (6.0, 3.5), near=0.38, width=26.0), 0.34, 0.085, 9.0, 0.5),
-}
+SCENES = (
+    Scene("A", (24.0, 20.0), (21.0, 17.0), (10.0, 6.0), 0.136, 0.034, 0.05, 10.0),
+    Scene("B", (17.0, 23.0), (15.0, 21.0), (6.0, 9.0), 0.136, 0.034, 0.2, 10.0),
+    Scene("C", (14.0, 12.0), (12.0, 10.0), (6.0, 3.5), 0.34, 0.085, 0.72, 10.0),
+)
 """Skin of 3 mm on a round dome; a slim one with a skin of 2 mm; one of about half the size, 2.5 times as hard."""
 
 
-def errors(
-    geometry: Geometry, reduced: fem.ReducedFinger, modulus: float, friction: Friction, forces_gf: Sequence[float]
-) -> np.ndarray:
-    """(presses, 3) errors of S_d, the worst gauge and the indentation, as far as tables of large strain reach."""
-    finger = geometry.finger
-    loads = units.gf_to_newton(np.array(forces_gf))
-    path = press_path(
-        geometry.bodies(modulus), finger.gauges, 1.02 * float(loads.max()), friction_coefficient(friction)
-    )
-    rows = []
+def drawn(draws: int, seed: int) -> list[Scene]:
+    """Scenes of the family, drawn evenly, lengths and moduli on a logarithmic scale."""
+    rng, scenes = np.random.default_rng(seed), []
+    for number in range(1, draws + 1):
+        height = DEFAULT_HEIGHT_MM * float(np.exp(rng.uniform(*np.log([0.3, 2.0]))))
+        breadth = height / float(np.exp(rng.uniform(*np.log([0.6, 1.7]))))
+        skin, core = height * float(rng.uniform(0.08, 0.25)), float(rng.uniform(0.25, 0.5))
+        inner = float(np.exp(rng.uniform(*np.log([0.02, 0.1]))))
+        ratio, soft = (float(np.exp(rng.uniform(0, np.log(end)))) for end in (16.0, 100.0))
+        within = (breadth - skin, height - skin)
+        bone = (core * within[0], core * within[1])
+        thickness = height * float(np.exp(rng.uniform(*np.log([0.5, 2.0]))))
+        block = RIGID_MPA if rng.random() < 0.1 else 1.5 * inner * soft
+        scenes.append(Scene(f"{number}", (breadth, height), within, bone, ratio * inner, inner, block, thickness))
+    return scenes
+
+
+def presses(scene: Scene, friction: Friction, size_mm: float) -> list[dict]:
+    """A row for each press of a path: force (N), true and pressed S_d, errors, and the block's share."""
+    finger = scene.finger
+    loads = np.array(SCALED_FORCES) * scene.inner_MPa * narrowest_mm(finger) ** 2
+    coefficient = friction_coefficient(friction)
+    paths = [
+        press_path(scene.bodies(linear), finger.gauges, 1.02 * float(loads[-1]), coefficient)
+        for linear in (False, True)[: 1 if scene.block_MPa >= RIGID_MPA else 2]
+    ]
+    reduced, rows = fem.prepare(finger, size_mm=size_mm * scene.size), []
     for load in loads.tolist():
-        depth, values = path.at(load)
+        (depth, values), *linear = (path.at(load) for path in paths)
+        true = values[0]
+        share = linear[0][1][0].std() / true.std() - 1 if linear else 0.0
+        row = {"scene": scene.name, "friction": friction, "force": load, "block_share": float(share)}
         try:
-            found = fem.press(reduced, Block(modulus, thickness=10.0), force=load, friction=friction)
-        except ContactRangeError:
-            break
-        if not found.large_strain:
-            break
-        true, strain = values[0], found.values[0]
-        sd = strain.std() / true.std() - 1
-        rows.append((sd, np.abs(strain - true).max() / np.abs(true).max(), found.indentation / float(depth) - 1))
-    return np.array(rows).reshape(-1, 3)
+            press = fem.press(reduced, Block(scene.block_MPa, scene.block_mm), force=load, friction=friction)
+        except ContactRangeError as error:
+            rows.append({**row, "refused": str(error)})
+            continue
+        strain = press.values[0]
+        gauges = (strain - true) / np.abs(true).max()
+        rows.append(
+            {
+                **row,
+                "sd": float(strain.std() / true.std() - 1),
+                "gauge": float(np.sqrt((gauges**2).mean())),
+                "depth": float(press.indentation / depth - 1),
+                "indentation": press.indentation,
+                "area": press.contact_area,
+                "large_strain": press.large_strain,
+                "status": press.status,
+            }
+        )
+    return rows
 
 
 def friction_of(text: str) -> Friction:
@@ -91,24 +150,46 @@ def friction_of(text: str) -> Friction:
     return STICK_WORD if text == STICK_WORD else float(text)
 
 
+def line_of(rows: Sequence[dict]) -> str:
+    """The errors of some presses, in %."""
+    answered = [row for row in rows if row.get("large_strain")]
+    if not answered:
+        return f"0 of {len(rows)} with large strain"
+    sd, gauge, depth = (np.array([row[key] for row in answered]) for key in ("sd", "gauge", "depth"))
+    share = max(abs(row["block_share"]) for row in answered)
+    rms = [float(np.sqrt((column**2).mean())) for column in (sd, gauge, depth)]
+    return (
+        f"{len(answered)} of {len(rows)} with large strain; S_d {100 * rms[0]:.2f} rms, {100 * np.abs(sd).max():.2f} "
+        f"worst; gauges {100 * rms[1]:.2f}; depth {100 * rms[2]:.2f}; block's share {100 * share:.2f}"
+    )
+
+
 def main() -> None:
-    """Press by papilla and by the independent code, and print the largest errors."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--geometry", nargs="*", default=list(GEOMETRIES), choices=list(GEOMETRIES))
-    parser.add_argument("--moduli", nargs="*", type=float, default=[0.05, 0.2, 0.72])
-    parser.add_argument("--size-mm", type=float, default=DEFAULT_SIZE_MM)
-    parser.add_argument("--forces-gf", nargs="*", type=float, default=FORCES_GF)
+    """Press by papilla and by the independent code, and print the errors."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--draws", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--geometry", nargs="*", default=[scene.name for scene in SCENES])
+    parser.add_argument("--size-mm", type=float, default=DEFAULT_SIZE_MM, help="of a finger 20 mm high")
     parser.add_argument("--frictions", nargs="*", type=friction_of, default=FRICTIONS)
+    parser.add_argument("--out", type=Path)
     given = parser.parse_args()
-    print("geometry, friction: MPa, presses with large strain of all, largest error of S_d, gauge, indentation in %")
-    for name in given.geometry:
-        geometry = GEOMETRIES[name]
-        reduced = fem.prepare(geometry.finger, size_mm=given.size_mm)
+    scenes = drawn(given.draws, given.seed) if given.draws else [one for one in SCENES if one.name in given.geometry]
+    everything: list[dict] = []
+    for scene in scenes:
+        print(scene, flush=True)
         for friction in given.frictions:
-            for modulus in given.moduli:
-                off = errors(geometry, reduced, modulus, friction, given.forces_gf)
-                worst = " ".join(f"{100 * value:5.2f}" for value in np.abs(off).max(axis=0, initial=0.0))
-                print(f"{name}, {friction}: {modulus:g} MPa, {len(off)} of {len(given.forces_gf)}: {worst}", flush=True)
+            try:
+                rows = presses(scene, friction, given.size_mm)
+            except SolverError as error:
+                print(f"  {friction}: {error}", flush=True)
+                continue
+            everything += rows
+            print(f"  {friction}: {line_of(rows)}", flush=True)
+            if given.out:
+                write_text(given.out, json.dumps({"scenes": [asdict(s) for s in scenes], "presses": everything}))
+    small = [row for row in everything if abs(row["block_share"]) < 0.003]
+    print(f"all: {line_of(everything)}\nblock's share below 0.3 %: {line_of(small)}")
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from time import perf_counter
 
 import numpy as np
 from identified_fingers import FORCE_ERROR, NOISE, THICKNESS_MM, Drawn, ln_sd
-from own_fingers import GEOMETRIES, SPECIMEN_NU
+from own_fingers import SCENES, SPECIMEN_NU
 from scipy.interpolate import BarycentricInterpolator, CubicSpline
 
 from papilla.core import cache
@@ -28,7 +28,7 @@ from papilla.core.units import gf_to_newton
 from papilla.fem.pressing.response import response
 from papilla.identification import PARAMETERS_BY_NAME, diagnose, identify
 from papilla.identification.parameters import kind
-from papilla.identification.posing import POSED_ELEMENT_SIZE_MM, family_of
+from papilla.identification.posing import family_of
 from papilla.identification.suggest import suggest_presses
 from papilla.logs import PressLog
 from papilla.model.finger import Finger
@@ -39,6 +39,7 @@ from papilla.references.axisymmetric.bodies import Bodies, Rubber
 FRICTIONS: tuple[Friction, ...] = (STICK_WORD, 0.1, 0.0)
 GAINS = (0.02, 0.2)
 DEFAULT = "default"
+GEOMETRIES = {scene.name: scene for scene in SCENES}
 ON_MPA = (0.089, 0.51, 0.72)
 """Moduli of the specimens that are pressed."""
 TESTS_MPA, SCENES = (0.05, 0.72), 6
@@ -87,7 +88,7 @@ class Truth:
 
     @classmethod
     @lru_cache
-    def of(cls, name: str, friction: Friction, size_mm: float) -> "Truth":
+    def of(cls, name: str, friction: Friction, size_mm: float | None) -> "Truth":
         """Those of a geometry, made once and kept in the cache."""
         slips = 0 < friction_coefficient(friction) < math.inf
         at = FEW if slips else (slice(None), slice(None))
@@ -115,7 +116,7 @@ class Truth:
         return (table[:, 1:] * x[:, None]).reshape(len(x), 2, -1), table[:, 0] * x ** (2 / 3)
 
 
-def along(name: str, modulus: float, ratio: float, friction: Friction, size_mm: float) -> np.ndarray:
+def along(name: str, modulus: float, ratio: float, friction: Friction, size_mm: float | None) -> np.ndarray:
     """(loads, 1 + q g) of a path, moduli over the inner one; made once and kept in the cache."""
     if name == DEFAULT:
         smooth = response(family_of(Finger.default(), size_mm=size_mm), Block(1.0, THICKNESS_MM), friction=friction)
@@ -165,7 +166,7 @@ class Outcome:
     excess: float
 
 
-def outcome(drawn: Drawn, log: PressLog, friction: Friction | None, seed: int, size_mm: float) -> Outcome:
+def outcome(drawn: Drawn, log: PressLog, friction: Friction | None, seed: int, size_mm: float | None) -> Outcome:
     """Identify a drawn finger and compare it with what it is."""
     rng, began = np.random.default_rng(seed), perf_counter()
     found = identify(log, drawn.design, friction=friction, size_mm=size_mm)
@@ -197,7 +198,7 @@ def outcome(drawn: Drawn, log: PressLog, friction: Friction | None, seed: int, s
     return Outcome(float(np.sqrt(np.mean(off**2))), parameters, pulls, found.asked, took, excess)
 
 
-def presses(count: int, design: Finger, size_mm: float) -> tuple[np.ndarray, np.ndarray]:
+def presses(count: int, design: Finger, size_mm: float | None) -> tuple[np.ndarray, np.ndarray]:
     """Forces (N) and moduli (MPa) of 15 presses on three specimens, or of fewer that `suggest` names for the design."""
     if count == 15:
         force, modulus = np.meshgrid(np.geomspace(0.05, 0.98, 5), ON_MPA)
@@ -243,9 +244,7 @@ def main() -> None:
     """Run the study."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--geometry", nargs="*", default=["A"], choices=[*GEOMETRIES, DEFAULT])
-    parser.add_argument(
-        "--size-mm", type=float, default=POSED_ELEMENT_SIZE_MM, help="elements at the contact of the fit"
-    )
+    parser.add_argument("--size-mm", type=float, help="elements at the contact of the fit")
     parser.add_argument("--fingers", type=int, default=12)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--presses", nargs="*", type=int, default=[15, 5])

@@ -1,19 +1,22 @@
 """Measure what ships for the default finger: the prices of the fidelities, and the tables of large strain.
 
-`python benchmarks/shipped_tables.py prices | free | stuck`
+`python benchmarks/shipped_tables.py prices | free | stuck [--published]`
 
-`prices` measures the errors of each fidelity on the reference mesh. `free` measures the presses at finite strain over
-five ratios of moduli, 36 a table; `stuck` those in which nothing slips, and adds them to the file.
+`prices` measures the errors of each fidelity on the reference mesh. `free` measures the presses at finite strain, 36 a
+table, over the ratios of moduli of the file that ships; `stuck` those in which nothing slips. `--published` does it for
+the published finger.
 """
 
 import argparse
 from dataclasses import replace
+from pathlib import Path
 from time import perf_counter
 
 from papilla.core.files import write_text
+from papilla.core.outside import read_json
 from papilla.core.units import PER_CENT
 from papilla.fem.finite.strain_tables import measure_large_strain
-from papilla.fem.pressing.large_strain import SHIPPED_STRAIN_TABLES, known, shipped_text
+from papilla.fem.pressing.large_strain import ALL_SHIPPED, LargeStrain, shipped_text
 from papilla.fem.pressing.prices import PRICED_QUANTITIES, SHIPPED_PRICES, Loss
 from papilla.fem.pressing.pricing import measure_prices
 from papilla.fem.reduction.gauges import gauge_weights
@@ -23,9 +26,6 @@ from papilla.model.specimen import STICK_WORD
 
 SHIPPED_DECIMALS = 4
 """Of the errors that ship: further digits than a hundredth of a percent differ from machine to machine."""
-
-SHIPPED_LAYER_RATIOS = (4.0, 2.0, 8.0, 1.0, 16.0)
-"""E_outer / E_inner of the tables that ship."""
 
 
 def ship_prices() -> None:
@@ -42,30 +42,35 @@ def _rounded(loss: Loss) -> Loss:
     return replace(loss, **{name: tuple(round(error, SHIPPED_DECIMALS) for error in of) for name, of in errors.items()})
 
 
-def ship_strain_tables(stuck: bool) -> None:
-    """Measure the default finger's tables of large strain and write the file that ships with the package."""
-    finger = Finger.default()
-    tables = [table for table in known(finger.strain_sha256) if (table.friction == 0) == stuck]
-    for ratio in SHIPPED_LAYER_RATIOS:
-        variant = replace(finger, outer=Layer(ratio * finger.inner.modulus, finger.outer.nu))
+def ship_strain_tables(finger: Finger, path: Path, stuck: bool) -> None:
+    """Measure anew the tables of large strain in a file that ships, without friction or stuck."""
+    tables = [LargeStrain.from_json(table) for table in read_json(path)["tables"]]
+    for number, shipped in enumerate(tables):
+        if (shipped.friction > 0) != stuck:
+            continue
+        variant = replace(finger, outer=Layer(shipped.ratio * finger.inner.modulus, finger.outer.nu))
         began = perf_counter()
-        table = measure_large_strain(variant, build(variant), friction=STICK_WORD if stuck else 0.0)
-        error = PER_CENT * table.sd_error(gauge_weights(variant))
+        tables[number] = measure_large_strain(variant, build(variant), friction=STICK_WORD if stuck else 0.0)
+        error = PER_CENT * tables[number].sd_error(gauge_weights(variant))
         took = perf_counter() - began
-        print(f"r = {ratio:g}: {len(table.force)} presses, S_d to {error:.2f} %, {took:.0f} s", flush=True)
-        tables = sorted([*tables, table], key=lambda table: (table.friction, table.ratio))
-        write_text(SHIPPED_STRAIN_TABLES, shipped_text(finger.strain_sha256, tables))
+        print(
+            f"r = {shipped.ratio:g}: {len(tables[number].force)} presses, S_d to {error:.2f} %, {took:.0f} s",
+            flush=True,
+        )
+        write_text(path, shipped_text(finger.strain_sha256, tables))
 
 
 def main() -> None:
     """Measure what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=("prices", "free", "stuck"))
-    what = parser.parse_args().what
-    if what == "prices":
+    parser.add_argument("--published", action="store_true")
+    given = parser.parse_args()
+    if given.what == "prices":
         ship_prices()
     else:
-        ship_strain_tables(what == "stuck")
+        finger = Finger.published() if given.published else Finger.default()
+        ship_strain_tables(finger, ALL_SHIPPED[given.published], given.what == "stuck")
 
 
 if __name__ == "__main__":

@@ -15,7 +15,6 @@ from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_M
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family
 from papilla.identification import identify
-from papilla.identification.posing import POSED_ELEMENT_SIZE_MM
 from papilla.identification.suggest import SUGGESTED_FORCES_N, suggest_presses
 from papilla.logs import PressLog
 from papilla.model.finger import Bench, Finger
@@ -56,7 +55,7 @@ def missed(told, finger, found, force, modulus):
     return off, off / np.maximum(np.abs(slope), LEAST_SLOPE)
 
 
-def main(fingers: int = 100, presses: int = 5, size: float = POSED_ELEMENT_SIZE_MM) -> None:
+def main(fingers: int = 100, presses: int = 5, size: float = 1.0) -> None:
     """Draw, press, identify on a mesh of elements of `size` (mm), and print."""
     design, random = replace(Finger.default(), bench=Bench(friction=STICK_WORD)), np.random.default_rng(7)
     told = response(family(design, size_mm=size), Block(1.0, THICKNESS_MM))

@@ -105,7 +105,8 @@ def calibrate(
 ) -> CommandResult:
     """Calibrate the finger: mesh, model, sweep, fit.
 
-    Writes calibration.json, sweep.csv and report.html. Exit code 1 says that a press of --check was not recovered.
+    Writes calibration.json, sweep.csv and report.html. Exit code 1 says that a press of --check was not recovered, or
+    that intervals had to become more than three times as wide to hold the moduli of presses at finite strain.
 
     The table "shape" of a design names three closed surface files beside it, as papilla/data/surfaces_finger.toml does:
     kind = "surfaces", outer_file = "skin.stl", interface_file = "interface.stl", bone_file = "bone.stl"
@@ -149,7 +150,8 @@ def calibrate(
             write_text(export_c, header)
     more = {"export_c": export_c and str(export_c), "check": checked and checked.to_json()}
     summary = _summary(calibrated, paths, perf_counter() - began) | more
-    code = CHECK_FAILED if checked is not None and not checked.passed else 0
+    failed = (checked is not None and not checked.passed) or calibrated.failed
+    code = CHECK_FAILED if failed else 0
     return CommandResult(summary, partial(_print, summary, checked, check), code)
 
 
@@ -202,6 +204,7 @@ def _summary(calibrated: "Calibrated", paths: dict[str, Path], seconds: float) -
         "bench": _of_the_bench(calibrated),
         "published": _against_published(calibrated),
         "truth": calibrated.truth and calibrated.truth.to_json(),
+        "widening": calibrated.widening,
         "physics": calibrated.presses.physics,
         "dominant": calibrated.calibration.dominant,
         "sigmas": calibrated.calibration.sigmas,
@@ -252,6 +255,11 @@ def _print(summary: dict, verdict: "Check | None", check: Path | None) -> None:
     errors = [float("nan") if error is None else error for error in forward["stderr"]]
     coefficients = zip("abcde", forward["coefficients"], errors, units, strict=True)
     answered = f"%, {summary['checked_presses'] - summary['unanswered']} of {summary['checked_presses']} answered"
+    if summary["widening"] > 1:
+        tell(
+            f"In doubt: one sigma of S_d is {summary['widening']:.2g} times as large as its parts say, because the "
+            "intervals held too few of the presses at finite strain."
+        )
     tell(f"{summary['presses']} presses; S_d = a f² + b f + c E² + d E + e, with f in gf and E in MPa:")
     print_table(
         [

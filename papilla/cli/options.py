@@ -56,7 +56,11 @@ FingerOption = Annotated[
 
 SizeOption = Annotated[
     float | None,
-    typer.Option(help=as_written("Element size at the contact, mm.  [default: 0.7, that of the meshes that ship]")),
+    typer.Option(
+        help=as_written(
+            "Element size at the contact, mm.  [default: 0.7 for the default finger, in proportion for others]"
+        )
+    ),
 ]
 
 PlaceOption = Annotated[tuple[float, float], typer.Option(help="Touch-down point, mm.", metavar="X Y")]
@@ -194,11 +198,9 @@ def moduli_of(text: str) -> list[float]:
     return [positive("--moduli (MPa)", number(rule, cell)) for cell in text.split(",")]
 
 
-def mesh_size(size_mm: float | None) -> float:
-    """The element size of an option, or the default that the README uses; raises `InputError`."""
-    from papilla.mesh import DEFAULT_SIZE_MM
-
-    return DEFAULT_SIZE_MM if size_mm is None else positive("--size-mm", size_mm)
+def mesh_size(size_mm: float | None) -> float | None:
+    """The element size of an option, None for the finger's own; raises `InputError`."""
+    return None if size_mm is None else positive("--size-mm", size_mm)
 
 
 @dataclass(frozen=True)

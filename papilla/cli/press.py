@@ -97,7 +97,12 @@ def _outputs(log: Path | None, export: Path | None, fidelity: Fidelity) -> dict[
 
 
 def _finite(
-    design: "Finger", size: float, touched: "Specimen", rubbing: "Friction | None", reporter: Progress, **scene: Any
+    design: "Finger",
+    size: float | None,
+    touched: "Specimen",
+    rubbing: "Friction | None",
+    reporter: Progress,
+    **scene: Any,
 ) -> "Press":
     """The press on the whole mesh, which sticks if neither the option nor the bench states a friction."""
     from papilla.fem.finite import press_finite

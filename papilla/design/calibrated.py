@@ -11,10 +11,10 @@ from papilla.calibration.fitting.surface_fit import usable_part
 from papilla.calibration.fitting.sweep import DEFAULT_MODULI
 from papilla.core.errors import InputError
 from papilla.core.units import TINY_DIVISOR, UM_PER_MM, to_microstrain
-from papilla.design.geometry import STANDARD_MM, gains_of
+from papilla.design.geometry import gains_of
 from papilla.design.presses import SOFTEST_MODULUS_RATIO, DesignPresses
 from papilla.design.scene import DesignScene
-from papilla.fem.finite.strain_tables import TABLE_FORCES_MM2
+from papilla.fem.finite.strain_tables import RELATIVE_TABLE_FORCES
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD, LARGEST_FORCE_RATIO, TABLE_LOG_MARGIN
 from papilla.mesh.body import narrowest_mm
 from papilla.model.finger import Finger
@@ -91,8 +91,9 @@ def calibration_errors(presses: DesignPresses) -> tuple[float, np.ndarray]:
 def _between_forces(finger: Finger, force: np.ndarray, beyond: float) -> np.ndarray:
     """Whether forces (N) lie within those of the tables of large strain, or at most `beyond` outside in the
     logarithm."""
-    scaled = np.log(force / (finger.inner.modulus * (narrowest_mm(finger) / STANDARD_MM) ** 2))
-    return (scaled >= math.log(TABLE_FORCES_MM2[0]) - beyond) & (scaled <= math.log(TABLE_FORCES_MM2[-1]) + beyond)
+    scaled = np.log(force / (finger.inner.modulus * narrowest_mm(finger) ** 2))
+    least, most = (math.log(RELATIVE_TABLE_FORCES[end]) for end in (0, -1))
+    return (scaled >= least - beyond) & (scaled <= most + beyond)
 
 
 def _channel(scene: DesignScene, name: str, values: np.ndarray, error: float) -> GaugeSurface:

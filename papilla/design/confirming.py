@@ -22,13 +22,10 @@ from papilla.design.in_scene import DesignInScene
 from papilla.design.scene import DesignScene, rms_or_worst, sigma_from_gauges, sigma_from_sd
 from papilla.fem.finite.strain_tables import begin_large_strain
 from papilla.fem.pressing.large_strain import ends_of, large_strain_error
-from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.mesh.body import narrowest_mm
+from papilla.mesh import default_size_mm
 from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD, friction_coefficient
 
-SMALL_MM = 13.0
-"""Height or half breadth below which a finger gets a finer mesh than 0.7 mm, in proportion."""
 CONFIRMED_DIFFERENCE = 0.10
 """Largest relative difference between predicted and calibrated sigma in a confirmation."""
 
@@ -80,7 +77,7 @@ def calibrated_finger(finger: Finger, scene: DesignScene, processes: int, progre
     with workers(processes, progress) as start:
         doubt = begin_large_strain(finger, ends, start, progress=progress)()
     block, forces, moduli = finger.bench.specimen, scene.swept_N, DEFAULT_MODULI
-    size = DEFAULT_SIZE_MM * min(1.0, narrowest_mm(finger) / SMALL_MM)
+    size = default_size_mm(finger)
     reduced = fem.prepare(finger, size_mm=size, progress=progress)
     progress("sweeping over force and modulus")
     presses = cached_sweep(reduced, moduli, forces, block, friction)

@@ -10,7 +10,7 @@ from functools import partial
 from papilla.core import cache, checks
 from papilla.core.progress import Progress, silent
 from papilla.fem.reduction.reduced import ReducedFinger, fetch_tangential
-from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
+from papilla.mesh import LayeredMesh, build
 from papilla.model.finger import Finger
 
 REDUCED_BY = "papilla.fem.reduction.finger_model"
@@ -20,7 +20,7 @@ REDUCED_BY = "papilla.fem.reduction.finger_model"
 def prepare(
     finger: Finger,
     *,
-    size_mm: float = DEFAULT_SIZE_MM,
+    size_mm: float | None = None,
     at: tuple[float, float] = (0.0, 0.0),
     variant: int = 0,
     progress: Progress = silent,

@@ -24,7 +24,6 @@ from papilla.core.tables import write_table
 from papilla.core.units import MS_PER_S, N_PER_MN, PER_CENT, US_PER_S, to_microstrain
 from papilla.identification.bench import calibrate
 from papilla.identification.noise import PressNoise
-from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.model.finger import Finger
 from papilla.view.page import either, environment, image
 from papilla.view.pictures import receptive_of
@@ -181,7 +180,7 @@ def _press_time(finger: Finger) -> float:
 
 
 def _reach(finger: Finger, progress: Progress) -> tuple[GaugeReach, ...]:
-    fields = receptive_of(finger, size_mm=DEFAULT_SIZE_MM, progress=progress)
+    fields = receptive_of(finger, progress=progress)
     points, triangles = fields.mesh.points, fields.mesh.boundaries["skin"]
     corners = points[triangles]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2

@@ -19,12 +19,13 @@ from papilla.identification.parameters import checked_values, expanded, kind, li
 from papilla.identification.presses import Known, PressedShape, needs_places, refuse_far
 from papilla.identification.problem import PRIOR_MEANS, Problem
 from papilla.logs import PressLog
+from papilla.mesh import default_size_mm
 from papilla.model.finger import Bench, Finger
 from papilla.model.specimen import THICKNESS_MM, Block, Friction, Specimen, friction_coefficient, friction_words
 
-POSED_ELEMENT_SIZE_MM = 1.0
-"""Element size at the contact for identifications: S_d differs by 0.6 % at most from that on elements of half the
-size."""
+POSED_COARSENESS = 1 / 0.7
+"""Element size at the contact for identifications, over `default_size_mm`: S_d differs by 0.6 % at most from that on
+elements of half the size."""
 
 MOST_UNKNOWN = 0.3
 """Relative standard deviation of a specimen's modulus above which the log is refused."""
@@ -116,7 +117,9 @@ def family_of(
     plain = replace(finger, name="geometry", gauges=gauges, bench=Bench(), ridges=None, identified=None)
     if finger.outer.material is None and finger.inner.material is None:
         plain = with_moduli(plain, 1.0, 1.0)
-    return family(plain, size_mm=size_mm or POSED_ELEMENT_SIZE_MM, variant=variant, progress=progress)
+    return family(
+        plain, size_mm=size_mm or POSED_COARSENESS * default_size_mm(plain), variant=variant, progress=progress
+    )
 
 
 def ensure_physics(

@@ -3,7 +3,7 @@
 >>> mesh = papilla.mesh.build(finger)            # a LayeredMesh
 """
 
-from papilla.mesh.builder import DEFAULT_SIZE_MM, build
+from papilla.mesh.builder import DEFAULT_SIZE_MM, build, default_size_mm
 from papilla.mesh.cells import quality
 from papilla.mesh.layered import BONE_LAYER, BOUNDARY_NAMES, INNER_LAYER, OUTER_LAYER, LayeredMesh
 
@@ -11,6 +11,7 @@ __all__ = [
     "BONE_LAYER",
     "BOUNDARY_NAMES",
     "DEFAULT_SIZE_MM",
+    "default_size_mm",
     "INNER_LAYER",
     "OUTER_LAYER",
     "LayeredMesh",

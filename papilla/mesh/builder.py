@@ -20,7 +20,7 @@ from papilla.core.errors import InputError
 from papilla.core.files import replacing
 from papilla.core.outside import read_arrays
 from papilla.core.progress import Progress, silent
-from papilla.mesh.body import SURFACE_NAMES, MeshGeometry, body_of
+from papilla.mesh.body import SURFACE_NAMES, MeshGeometry, body_of, narrowest_mm
 from papilla.mesh.cells import TaggedCells, between, edge_lengths, mean_ratio, paired_faces, volumes
 from papilla.mesh.child import MESHER_VERSION
 from papilla.mesh.drawing import drawn
@@ -31,7 +31,9 @@ from papilla.mesh.sizing import Sizing, asked
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 from papilla.model.finger import DEFAULT_FINGER, Dome, Finger, Layer, Slab
 
-DEFAULT_SIZE_MM = 0.7  # Element size at the contact to which the figures of the README refer
+DEFAULT_SIZE_MM, DEFAULT_NARROWEST_MM = 0.7, 20.0
+"""Element size at the contact to which the figures of the README refer, and `narrowest_mm` of the default finger."""
+
 
 SHIPPED_VARIANTS = 5
 """Number of shipped meshes of each size: the first is the default, the spread of all is the mesh scatter."""
@@ -60,15 +62,24 @@ MESHES_IN_MEMORY = 16  # Number of shipped meshes that a process keeps in memory
 NEAREST_CELLS = 100  # Number of cells closest to the apex, whose size is that at the contact
 
 
+def default_size_mm(finger: Finger) -> float:
+    """The element size at the contact by default: `DEFAULT_SIZE_MM` for the default finger, in proportion for others.
+
+    Raises what `surfaces_of` raises.
+    """
+    return DEFAULT_SIZE_MM * narrowest_mm(finger) / DEFAULT_NARROWEST_MM
+
+
 def build(
-    finger: Finger, size_mm: float = DEFAULT_SIZE_MM, *, variant: int = 0, progress: Progress = silent
+    finger: Finger, size_mm: float | None = None, *, variant: int = 0, progress: Progress = silent
 ) -> LayeredMesh:
     """The layered mesh of a finger.
 
     Parameters
     ----------
     finger : its shape decides the geometry; `Dome` and `Slab` give a mesh that is its own mirror image in x and y.
-    size_mm : edge length at the contact; it grows away from the apex (`papilla.mesh.sizing`).
+    size_mm : edge length at the contact; it grows away from the apex (`papilla.mesh.sizing`). None is
+        `default_size_mm`.
     variant : number >= 0 of an independent mesh of the same design: differences between variants are mesh scatter.
     progress : called with a line of text about twice a second while the mesher runs.
 
@@ -78,7 +89,7 @@ def build(
     """
     if isinstance(variant, bool) or not isinstance(variant, int) or variant < 0:
         raise InputError(f"variant must be a whole number >= 0, got {variant!r}")
-    size_mm = checks.positive("size_mm", size_mm)
+    size_mm = default_size_mm(finger) if size_mm is None else checks.positive("size_mm", size_mm)
     moved = from_reference(finger, size_mm, variant, progress)
     if moved is not None:
         return moved

@@ -11,6 +11,7 @@ field is proportional to `size_mm`, so half of it gives a mesh that is twice as 
 interface and at the bone.
 """
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -30,7 +31,7 @@ the same distance again it grows to that of the fine zone."""
 
 SITE_SIZE, SITE_ZONE = 1.6, 0.1  # Size at the gauges, and radius of their zone, as above
 FAR_SIZE = 5.0  # Largest size, relative to the fine zone
-FAR_LIMIT_MM = 5.0  # Largest size at any size_mm: coarser elements do not follow the default finger's surfaces
+FAR_LIMIT_SHARE = 0.25  # Largest size at any size_mm, over the height: coarser elements do not follow the surfaces
 DEPTH_STRETCH = 1.4
 
 FINEST_SIZE_SHARE, COARSEST_SIZE_SHARE = (
@@ -46,17 +47,20 @@ seven meshes of the default finger from 2 to 0.25 mm (2618 to 146,068 tetrahedra
 
 @dataclass(frozen=True, eq=False)
 class Sizing:
-    """Wanted edge length as a function of the distance from `apex` (3,) and gauges' sites (k, 3); lengths in mm."""
+    """Wanted edge length as a function of the distance from `apex` (3,) and gauges' sites (k, 3); lengths in mm.
+
+    far_limit_mm : largest size, whatever `near_mm` is."""
 
     apex: np.ndarray
     near_mm: float
     patch_radius: float
     sites: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    far_limit_mm: float = math.inf
 
     @property
     def far_mm(self) -> float:
         """Largest size."""
-        return max(self.near_mm, min(FAR_LIMIT_MM, FAR_SIZE * self.near_mm))
+        return max(self.near_mm, min(self.far_limit_mm, FAR_SIZE * self.near_mm))
 
     @property
     def grid_mm(self) -> float:
@@ -92,7 +96,9 @@ def asked(finger: Finger, size_mm: float) -> tuple[MeshGeometry, Sizing]:
     sites = np.array([gauge_site(finger, gauge, body.surfaces["interface"]) for gauge in finger.gauges]).reshape(-1, 3)
     for axis in ("xyz".index(name) for name in body.mirrors):
         sites[:, axis] = np.abs(sites[:, axis])
-    sizing = Sizing(body.apex, size_mm, finger.patch_radius, np.unique(np.round(sites, 9), axis=0))
+    sizing = Sizing(
+        body.apex, size_mm, finger.patch_radius, np.unique(np.round(sites, 9), axis=0), FAR_LIMIT_SHARE * tall
+    )
     refuse_too_fine(body, sizing, finger.bone is not None)
     return body, sizing
 

@@ -174,6 +174,13 @@ class Specimen:
         """
         return surface.half_space_tractions(self.nu) / self.modulus
 
+    @property
+    def has_traction_compliance(self) -> bool:
+        """Whether `traction_compliance` belongs to the specimen's `compliance`, not to a half-space: then its own
+        deformation turns the pressure at finite strain."""
+        own = type(self)
+        return own.compliance is Specimen.compliance or own.traction_compliance is not Specimen.traction_compliance
+
     def refuse(self, taken: float, radius: float) -> None:
         """Raise `ContactRangeError` if the specimen's law does not hold for an indentation of `taken` mm into it, or
         for a contact `radius` (mm)."""
@@ -232,6 +239,11 @@ class Block(Specimen):
             raise InputError("friction needs a block that is bonded to its table: nothing holds a sliding one")
         bonded = surface.green_tractions(BondedLayerGreen(self.thickness, self.nu)) / self.modulus
         return super().traction_compliance(surface) + bonded
+
+    @property
+    def has_traction_compliance(self) -> bool:
+        """Only a bonded block has one."""
+        return self.bonded
 
     def refuse(self, taken: float, radius: float) -> None:
         """Raise `ContactRangeError` if the press takes more than half of the block's thickness."""

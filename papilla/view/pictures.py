@@ -16,7 +16,7 @@ from papilla.core.progress import Progress, silent
 from papilla.fem.pressing.fidelity import press as press_scene
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.mesh import DEFAULT_SIZE_MM, build
+from papilla.mesh import build
 from papilla.model.finger import Finger
 from papilla.model.specimen import Specimen
 from papilla.view.style import NARROW_IN, STRAIN_QUANTITY, STYLE_SHEET, content, kind_of, write_bytes
@@ -156,7 +156,7 @@ def receptive(
     finger: Finger,
     gauge_name: str | None = None,
     *,
-    size_mm: float = DEFAULT_SIZE_MM,
+    size_mm: float | None = None,
     progress: Progress = silent,
 ) -> None:
     """Write the receptive field of a gauge, or maps of all of them: the skin, coloured by the strain of the gauge per
@@ -179,7 +179,7 @@ def receptive(
     write_bytes(path, content(figure, picture_format, PICTURE_DPI))
 
 
-def receptive_of(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress = silent) -> "ReceptiveFields":
+def receptive_of(finger: Finger, *, size_mm: float | None = None, progress: Progress = silent) -> "ReceptiveFields":
     """The receptive fields of a finger's gauges, kept in the cache; raises what meshing and solving raise."""
     mesh = build(finger, size_mm=size_mm, progress=progress)
 

@@ -7,6 +7,7 @@ import pytest
 from spring_calibration import calibration
 
 from papilla.calibration import check
+from papilla.calibration.fitting.checking import Truth, held_as_stated
 from papilla.core.errors import InputError
 from papilla.logs import PressLog
 
@@ -69,3 +70,22 @@ def test_presses_with_s_d_alone_are_recovered_like_those_with_readings(finger):
 def test_unusable_options_and_presses_of_another_finger_are_refused(finger, changes, options, message):
     with pytest.raises(InputError, match=message):
         check(finger, replace(presses(finger, [0.5], [0.1]), **changes), **options)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.03, 0.3])
+def test_intervals_grow_until_they_hold_the_checked_presses(finger, share):
+    """Presses of a finger whose S_d is off by a share, up and down: the calibration says by how much it grew."""
+    force, modulus = (axis.ravel() for axis in np.meshgrid([0.2, 0.4, 0.8], [0.06, 0.12, 0.25, 0.4]))
+    off = 1 + share * np.where(np.arange(12) % 2, 1, -1)
+    presses = np.column_stack([np.zeros(12), force, modulus, finger.predict(force, modulus) * off])
+    wider, factor = held_as_stated(finger, presses)
+    before, after = (Truth.of(one, presses).inside.sum() for one in (finger, wider))
+    assert after >= before and after >= 10, "two of twelve may miss by chance"
+    assert (factor == 1) == (before >= 10) == (wider is finger)
+    answers = [one.invert(finger.predict(0.4, 0.12), 0.4) for one in (finger, wider)]
+    widths = [float(answer.upper_MPa - answer.lower_MPa) for answer in answers]
+    assert widths[1] == widths[0] if factor == 1 else widths[1] > widths[0]
+    assert any("held" in note for note in wider.notes) == (factor > 1)
+    if share == 0.3:
+        gauges = [one.gauges[0].uncertainty.sigma_at(0.4) for one in (finger, wider)]
+        assert factor > 3 and gauges[1] > 2 * gauges[0], "gauges alone are no surer than S_d"

@@ -54,7 +54,8 @@ def test_help_shows_how_a_finger_from_surface_files_is_written(papilla):
     told = " ".join(papilla("calibrate", "--help").out.split())
     assert f'"shape" of a design names three closed surface files beside it, as papilla/data/{SCANNED} does' in told
     assert f'kind = "surfaces", {SHAPE_FORMS["surfaces"]}' in told and (DEFAULT_FINGER.parent / SCANNED).exists()
-    assert f"[default: {DEFAULT_SIZE_MM:g}, that of the meshes that ship]" in " ".join(told.replace("│", " ").split())
+    shown = " ".join(told.replace("│", " ").split())
+    assert f"[default: {DEFAULT_SIZE_MM:g} for the default finger, in proportion for others]" in shown
 
 
 @pytest.mark.parametrize("quick", [False, True])

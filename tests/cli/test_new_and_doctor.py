@@ -71,6 +71,15 @@ def test_a_new_design_says_what_was_written_and_how_to_try_it(papilla, refused, 
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("shape", ["dome", "slab"])
+def test_the_press_that_a_new_design_names_is_made(papilla, shape):
+    papilla("new", "mine.toml", "--shape", shape)
+    answer = papilla("press", "--finger", "mine.toml", "--modulus", 0.51, "--force", 0.588, "--json")
+    assert answer.code == 0, answer.err
+    assert json.loads(answer.out)["large_strain"]
+
+
+@pytest.mark.slow
 def test_clean_empties_the_cache_and_nothing_else_and_words_are_those_of_the_json(papilla, tmp_path, monkeypatch):
     import numpy as np
 

@@ -49,7 +49,7 @@ def test_friction_of_a_text(text, found):
 
 
 def test_element_sizes():
-    assert options.mesh_size(None) == 0.7 and options.mesh_size(1.5) == 1.5
+    assert options.mesh_size(None) is None and options.mesh_size(1.5) == 1.5
     with pytest.raises(InputError, match="--size-mm must be greater than 0"):
         options.mesh_size(0.0)
 

@@ -10,16 +10,18 @@ import numpy as np
 from papilla import fem
 from papilla.calibration import Calibration
 from papilla.calibration.fitting.checking import (
+    FAILED_WIDENING,
     Depth,
     Recovery,
     Truth,
+    held_as_stated,
     mesh_number,
     press_truth,
     published_depths,
     truth_is_known,
     worst_law,
 )
-from papilla.calibration.fitting.fit import fit
+from papilla.calibration.fitting.fit import fit, with_compact
 from papilla.calibration.fitting.position_terms import with_positions
 from papilla.calibration.fitting.sweep import (
     CHECKED_FORCE_N,
@@ -37,7 +39,7 @@ from papilla.core.units import PER_CENT
 from papilla.core.workers import workers
 from papilla.fem.finite.strain_tables import begin_large_strain
 from papilla.fem.pressing.large_strain import ends_of, large_strain_error, tables_of
-from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.mesh import default_size_mm
 from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD, Friction, friction_coefficient
 
@@ -91,7 +93,8 @@ class Calibrated:
 
     presses : computed. truth : None if none of its presses is within the domain. depths : comparison with the published
     ones.
-    bench : the measured presses that the finger was identified from, if it was.
+    bench : the measured presses that the finger was identified from, if it was. widening : factor by which one sigma of
+    S_d was widened, because the intervals held too few of the presses of `truth`.
     """
 
     calibration: Calibration
@@ -101,6 +104,12 @@ class Calibrated:
     truth: Truth | None = None
     depths: Sequence[Depth] = ()
     bench: MeasuredPresses | None = None
+    widening: float = 1.0
+
+    @property
+    def failed(self) -> bool:
+        """Whether intervals had to be widened so far that the calibration's errors are not understood."""
+        return self.widening > FAILED_WIDENING
 
 
 def calibrate_finger(
@@ -122,8 +131,8 @@ def calibrate_finger(
     friction : between finger and specimens: 0, Coulomb's coefficient or "stick". None takes the friction of the
         finger's bench. If the bench states none, presses stick, as silicone does on silicone, and intervals also
         contain presses without friction.
-    size_mm : element size at the contact on all meshes. None takes `DEFAULT_SIZE_MM`, and that of `identify` for the
-        uncertainty of an identification.
+    size_mm : element size at the contact on all meshes. None takes `papilla.mesh.default_size_mm`, and that of
+        `identify` for the uncertainty of an identification.
     progress : told each stage, and the presses of a sweep.
     processes : number of processes, if much is not in the cache (`papilla.core.workers`).
     forces, moduli : of the sweep, N and MPa; at least three each.
@@ -137,7 +146,7 @@ def calibrate_finger(
     if finger.identified is not None and identified is None:
         raise InputError("the finger was identified: papilla.calibrate also adds the uncertainty of that")
     friction = finger.bench.friction if friction is None else friction
-    size = size_mm or DEFAULT_SIZE_MM
+    size = size_mm or default_size_mm(finger)
     block, stated = finger.bench.specimen, friction is not None
     pressed: tuple[Friction, ...] = (STICK_WORD, 0.0) if friction is None else (friction,)
     against: tuple[Friction, ...] = () if quick else pressed
@@ -175,8 +184,19 @@ def calibrate_finger(
     law = worst_law(laws)
     notes = (*calibration.notes, *([law] if "unstable" in law else []), *([QUICK_NOTE] if quick else []))
     calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": law})
-    judged = Truth.of(calibration, np.concatenate(unseen)) if any(map(len, unseen)) else None
-    return Calibrated(calibration, presses, recovery, reduced, judged, published_depths(finger, reduced))
+    calibration, judged, widening = _checked(calibration, unseen)
+    depths = published_depths(finger, reduced)
+    return Calibrated(calibration, presses, recovery, reduced, judged, depths, widening=widening)
+
+
+def _checked(calibration: Calibration, unseen: Sequence[np.ndarray]) -> tuple[Calibration, Truth | None, float]:
+    """The calibration, widened if it does not hold the unseen presses as it says; what it made of them before; and the
+    factor."""
+    if not any(map(len, unseen)):
+        return calibration, None, 1.0
+    presses = np.concatenate(unseen)
+    wider, widening = held_as_stated(calibration, presses)
+    return calibration if widening == 1 else with_compact(wider), Truth.of(calibration, presses), widening
 
 
 def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, progress: Progress) -> Sweep:

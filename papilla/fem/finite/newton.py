@@ -5,8 +5,7 @@ With K and U = K^-1 M the tangent and its responses to unit pressures of the sta
 of linear elasticity), unknowns are x = U p + z. The drift z is what large strain adds to the linear answer; each step
 solves the contact problem of `contact_step` with the skin moved by z, and corrects z by K^-1 (M p - f(x)), f being the
 internal forces. Anderson's mixing (1965, doi:10.1145/321296.321305) of a few steps makes that converge by an order of
-magnitude per step; if it does not, the tangent is recomputed, and the step is Newton's. The specimen's compliance
-is updated to the skin's lateral positions as the residual requires. All tests are relative.
+magnitude per step; if it does not, the tangent is recomputed, and the step is Newton's. All tests are relative.
 """
 
 import warnings
@@ -88,7 +87,7 @@ class Linearisation:
     @classmethod
     def at(cls, body: Body, touching: Touching, iterate: State) -> "Linearisation":
         """The linearisation at a state; raises `StepError` if the state is unstable."""
-        factor, loads = _factor(body, iterate), _free_loads(body, touching.at(iterate.displacement))
+        factor, loads = _factor(body, iterate), _free_loads(body, touching.at(iterate.displacement, iterate.contact))
         scale = body.scale[:, None]
         response = scale * factor.solve(scale * loads.toarray())
         compliance = loads.T @ response
@@ -140,20 +139,19 @@ def solve_level(
     """
     before = iterate
     tolerance = RESIDUAL_TOLERANCE if tolerance is None else tolerance
-    touch, inside = touching.at(iterate.displacement), body.forces(iterate.displacement, iterate.pressure)
+    touch = origin = touching.at(iterate.displacement, iterate.contact)
+    inside = body.forces(iterate.displacement, iterate.pressure)
     mixing, past = _Mixing(body.free_displacements), [np.inf]
     # Split the unknowns: what the linear finger does under these tractions, and the drift, which large strain adds.
     drift = _free(body, iterate) - linearisation.response @ iterate.contact
     for step in range(1, MAX_STEPS + 1):
-        wanted = _in_contact(body, touching, touch, (before, iterate), linearisation, drift, force, indentation)
+        slid_from = before, origin.shift
+        wanted = _in_contact(body, touching, touch, slid_from, iterate, linearisation, drift, force, indentation)
         iterate, inside, full_step = _right_side_out(body, iterate, wanted, inside)
-        # The specimen's compliance belongs to the skin's places. While the residual is large they are only rough, so it
-        # is renewed only for large movements.
-        renewed = touching.follow(iterate.displacement, min(1.0, past[-1]))
-        touch = touching.at(iterate.displacement)
+        touch = touching.at(iterate.displacement, iterate.contact)
         outside = _free_loads(body, touch) @ iterate.contact
-        balance = _balance(body, touching.patch.mass, touch, iterate, inside, outside)
-        past = [*([np.inf] if renewed else past), balance.worst]
+        balance = _balance(body, touching, touch, iterate, inside, outside)
+        past.append(balance.worst)
         if not np.isfinite(balance.worst):
             break
         if balance.worst <= tolerance:
@@ -165,7 +163,7 @@ def solve_level(
         if not full_step:
             mixing = _Mixing(body.free_displacements)
             drift = _free(body, iterate) - linearisation.response @ iterate.contact
-        drift = mixing.next(drift, linearisation.solve(outside - inside.force), not renewed)
+        drift = mixing.next(drift, linearisation.solve(outside - inside.force))
     raise StepError(
         f"no equilibrium in {step} Newton steps: relative residuals {balance.equilibrium:.1e} of forces, "
         f"{balance.volume:.1e} of volume, {balance.contact:.1e} of contact"
@@ -173,20 +171,29 @@ def solve_level(
 
 
 def _in_contact(
-    body: Body, touching: Touching, touch: SkinContact, states, linearisation: Linearisation, drift, force, indentation
-):
+    body: Body,
+    touching: Touching,
+    touch: SkinContact,
+    slid_from: tuple[State, np.ndarray],
+    iterate: State,
+    linearisation: Linearisation,
+    drift: np.ndarray,
+    force: float | None,
+    indentation: float | None,
+) -> State:
     """The state whose unknowns are the response to tractions plus the drift, with gap and slip linearised.
 
-    states : the state from which slip counts, and the last one.
+    slid_from : the state from which slip counts, and the shift of its contact.
     """
-    (origin, iterate), mass, n = states, touching.patch.mass, len(touching.patch.mass)
+    (origin, shift), mass, n = slid_from, touching.patch.mass, len(touching.patch.mass)
     # Gap and slip of the present state, moved to that of the drift alone; the contact problem adds the response to its
     # tractions.
     gap = touch.gap + linearisation.loads[:, :n].T @ (drift - _free(body, iterate))
-    slid = linearisation.loads[:, n:].T @ (_free(body, origin) - drift) + (touch.compliance @ origin.contact)[n:]
+    slid = linearisation.loads[:, n:].T @ (_free(body, origin) - drift) + (touching.compliance @ origin.contact)[n:]
+    slid += (shift - touch.shift)[n:]
     moved = np.concatenate([np.zeros(n), slid]).reshape(-1, n)
     start = StepState(0.0, 0.0, iterate.contact.reshape(-1, n), iterate.active, 0.0, moved, np.zeros(n, dtype=bool))
-    problem = ContactProblem(linearisation.compliance + touch.compliance, mass, gap, touching.fixed)
+    problem = ContactProblem(linearisation.compliance + touching.compliance, mass, gap, touching.fixed)
     solved = contact_step(problem, start, touching.friction, force=force, indentation=indentation)
     if not solved.active.any() and iterate.contact.any():
         raise StepError("the skin leaves the specimen")
@@ -248,10 +255,12 @@ def _factor(body: Body, iterate: State) -> Factor:
             raise StepError(str(error.__context__)) from error
 
 
-def _balance(body: Body, mass, touch: SkinContact, iterate: State, inside: Forces, outside: np.ndarray) -> Balance:
+def _balance(
+    body: Body, touching: Touching, touch: SkinContact, iterate: State, inside: Forces, outside: np.ndarray
+) -> Balance:
     """Distance of a state from equilibrium, incompressibility and complementarity."""
-    split = body.free_displacements
-    gap = (touch.gap + (touch.compliance @ iterate.contact)[: len(mass)]) / mass - iterate.indentation
+    split, mass = body.free_displacements, touching.patch.mass
+    gap = (touch.gap + (touching.compliance @ iterate.contact)[: len(mass)]) / mass - iterate.indentation
     violation = np.where(iterate.active, np.abs(gap), np.maximum(0, -gap)).max() / abs(iterate.indentation)
     return Balance(
         float(np.linalg.norm(inside.force[:split] - outside[:split]) / np.linalg.norm(outside)),

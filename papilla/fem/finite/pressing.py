@@ -278,9 +278,13 @@ def result(scene: PressProblem, equilibrium: State, force: float | None, sentenc
     pressure = equilibrium.contact[: len(equilibrium.active)]
     total = float(len(patch.images) * patch.mass @ pressure)
     shape = contact_shape(current, pressure * patch.mass / current.mass)
-    taken = (touching.at(equilibrium.displacement).compliance @ equilibrium.contact)[: len(pressure)] / patch.mass
+    taken = (touching.compliance @ equilibrium.contact)[: len(pressure)] / patch.mass
     specimen.refuse(float(taken.max()), float(np.sqrt(shape.area / np.pi)))
     sentence += _stability(scene, equilibrium)
+    if not touching.turns:
+        sentence += (
+            "; the pressure keeps its direction where the specimen deforms: it has no compliance along its surface"
+        )
     coarse = too_coarse(shape.area, current.mean_edge(equilibrium.active), scene.body.space.mesh.size_mm)
     return Press(
         modulus=specimen.modulus,

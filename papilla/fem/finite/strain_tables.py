@@ -32,8 +32,8 @@ from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD as STUCK
 from papilla.model.specimen import Friction, friction_coefficient
 
-TABLE_FORCES_MM2 = tuple(np.geomspace(0.9, 36.0, 6).tolist())
-"""F / E_inner in mm2; for the default finger: 0.03 to 1.2 N."""
+RELATIVE_TABLE_FORCES = tuple(np.geomspace(0.00225, 0.09, 6).tolist())
+"""F / (E_inner H^2), H being `narrowest_mm`; for the default finger: 0.03 to 1.2 N."""
 
 BLOCK_MODULUS_RATIOS = (0.5, 1.5, 4.0, 10.0, 40.0, 1e4)
 """E / E_inner of the pressed blocks; for the default finger: 0.017 MPa to rigid."""
@@ -61,12 +61,13 @@ def measure_large_strain(
     mesh: LayeredMesh,
     *,
     friction: Friction = 0.0,
-    forces: Sequence[float] = TABLE_FORCES_MM2,
+    forces: Sequence[float] = RELATIVE_TABLE_FORCES,
     moduli: Sequence[float] = BLOCK_MODULUS_RATIOS,
     progress: Progress = silent,
 ) -> LargeStrain:
     """The table of a finger on its mesh, pressed at the apex; `progress` counts the presses.
 
+    forces, moduli : F / (E_inner H^2) and E / E_inner, H being `narrowest_mm`.
     friction : 0, or "stick" for presses in which nothing slips. Presses outside the range of either model are left out.
     Raises `InputError` if too few remain or if there are not two layers below the apex, and what reducing and
     factorising raise.
@@ -76,7 +77,7 @@ def measure_large_strain(
         raise InputError("the finger has no two layers below the apex")
     coefficient = friction_coefficient(friction)
     rows: list[tuple] = []
-    loads = [force * inner for force in forces]
+    loads = [force * inner * narrowest_mm(finger) ** 2 for force in forces]
     for finite in finite_presses(finger, mesh, loads, [modulus * inner for modulus in moduli], friction, progress):
         touched = finger.bench.specimen(finite.modulus)
         try:
@@ -193,7 +194,7 @@ def measure_few(finger: Finger, ratio: float, stuck: bool, progress: Progress) -
     mesh = build(finger, RELATIVE_ELEMENT_SIZE * narrowest_mm(finger))
     if abs(ratio * finger.inner.modulus / finger.outer.modulus - 1) > 1e-12:
         finger = with_moduli(finger, ratio * finger.inner.modulus, finger.inner.modulus)
-    forces, moduli = [TABLE_FORCES_MM2[k] for k in FEW_FORCES], [BLOCK_MODULUS_RATIOS[k] for k in FEW_MODULI]
+    forces, moduli = [RELATIVE_TABLE_FORCES[k] for k in FEW_FORCES], [BLOCK_MODULUS_RATIOS[k] for k in FEW_MODULI]
     friction: Friction = STUCK if stuck else 0.0
     return measure_large_strain(
         finger, mesh, friction=friction, forces=forces, moduli=moduli, progress=counted(progress, name)

@@ -1,16 +1,30 @@
-"""Contact of a deforming finger with a specimen: gap, loads and specimen compliance at the current lateral positions.
+"""Contact of a deforming finger with a deforming specimen: the gap, the loads on the skin, the specimen's answer.
 
 Contact pressure is defined as at small strain: linear on the patch's triangles, per area of the skin's reference state
-projected on the contact plane. A rigid frictionless flat then loads the skin exactly along its normal, and the weak gap
-is linear in the displacement. The gap of a curved specimen, and the normal along which its pressure acts, are those at
-the skin's current place. The specimen itself stays linear: its own deformation does not turn the pressure.
+projected on the contact plane. A rigid frictionless flat then loads the skin exactly along its normal.
+
+Let X be the place of a node of the skin on the contact plane at rest, x its present place, h(X) the undeformed surface
+of the specimen, and u_z, u_t the displacement of this surface, up and along the plane. The node touches the material
+point X + d of the specimen, where the surface is y high:
+
+    X + d + u_t(X + d) = x,    y = (h + u_z)(X + d),    u(X + d) = u + d . grad u =: A u.
+
+A pressure p acts along the common normal, as minus the derivative of the gap: on the skin as p (s, -1), s = dy/dx being
+the slope of the deformed surface; on the specimen as A' (-p s, p). Both are derivatives of one potential, int p y dA
+less the specimen's energy, so its answer to a pressure is symmetric. Tractions q along the plane act as q on the skin
+and as -A' q on the specimen, and a point that sticks keeps its d.
+
+The specimen's compliance is that on the patch at rest, computed once: A takes it to where the skin has gone. A specimen
+without compliance against tractions along its surface keeps a vertical pressure, u_t = 0 and s = dh/dx.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
+from papilla.core.errors import SolverError
 from papilla.fem.discrete.assembly import SPACE_AXES
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.loaded_patch import LoadedPatch
@@ -20,55 +34,70 @@ from papilla.model.specimen import Specimen
 STICK_FRICTION = 1e6
 """Coefficient of friction that stands for full stick."""
 
-RENEWAL_DISTANCE_EDGES = 0.02
-"""Distance, in patch edges, that the skin may move along the specimen before the compliance for friction is computed
-again. It is expensive, and each of the many small steps of a path would compute it. S_d changes by less than 1e-4."""
-
-RENEWAL_PER_RESIDUAL = 30.0
-"""Further displacement of the skin along the specimen, relative to its displacement so far and per relative residual,
-after which the specimen's compliance is computed again: the remaining displacement is about the residual's share, and
-the compliance is expensive."""
+MOST_ROUNDS, ROUND_TOLERANCE = 30, 1e-10
+"""Rounds in which the specimen's displacement and the pressure that it turns are made to agree, and the relative change
+at which they do. A round leaves about the slope squared, a hundredth, of the difference."""
 
 
 @dataclass(frozen=True, eq=False)
 class SkinContact:
     """Contact with the skin at one displacement; n patch nodes.
 
-    gap : (n,) weak distance in mm3 between skin and undeformed specimen at zero indentation.
-    loads : (3 * nodes, n) forces on the skin in mm2 of unit nodal pressures, which are the derivatives of the gap.
-    compliance : (n, n) weak compliance of the specimen, mm3 / MPa. With friction both are three times as large:
-    tractions along the contact plane's axes follow the pressures.
+    gap : (n,) weak distance in mm3 between skin and specimen at zero indentation, less `compliance` times the contact
+        pressure: a contact problem adds this product for the pressure that it looks for.
+    shift : what the specimen's answer is beyond `compliance` times the tractions, in mm3: of the gap (n,), which
+        contains it; with friction followed by that of the movement along the plane (3n,).
+    loads : (3 * nodes, n) forces on the skin in mm2 of unit nodal pressures. With friction three times as many:
+        tractions along the contact plane's axes follow the pressures.
     """
 
     gap: np.ndarray
+    shift: np.ndarray
     loads: sp.csr_matrix
-    compliance: np.ndarray
 
 
 @dataclass(eq=False)
 class Touching:
     """Contact of a specimen with the patch of a cell that is not split into parities; n patch nodes.
 
-    The specimen's compliance is that at the places of the last `follow`. friction : Coulomb's coefficient; at
-    `STICK_FRICTION` and above nothing slips."""
+    friction : Coulomb's coefficient; at `STICK_FRICTION` and above nothing slips."""
 
     loaded: LoadedPatch
     specimen: Specimen
     friction: float = 0.0
 
-    def __post_init__(self):
-        self._place, self._compliance = self.patch.xy, self._compliance_at(self.patch)
-
-    @property
-    def fixed(self) -> np.ndarray | None:
-        """(2, n) tangential tractions that mirrors keep zero; None without friction."""
-        mirrored = np.any(self.patch.images < 0, axis=0)
-        return (self.patch.xy == 0).T & mirrored[:, None] if self.friction else None
-
     @property
     def patch(self) -> Patch:
         """The patch in the reference state."""
         return self.loaded.patch
+
+    @cached_property
+    def compliance(self) -> np.ndarray:
+        """Weak compliance of the specimen on the patch at rest, mm3 / MPa: (n, n), with friction (3n, 3n)."""
+        size = len(self.patch.xy) * (SPACE_AXES if self.friction else 1)
+        return self._answers[:size, :size]
+
+    @property
+    def turns(self) -> bool:
+        """Whether the specimen's own deformation turns the pressure."""
+        return bool(self.friction) or self.specimen.has_traction_compliance
+
+    @cached_property
+    def _answers(self) -> np.ndarray:
+        """The compliance against all tractions (3n, 3n); (n, n) for a specimen that has one against pressure alone."""
+        unit, surface = self.specimen.unit, PatchSurface(self.patch)
+        compliance = unit.traction_compliance(surface) if self.turns else unit.compliance(surface)
+        return compliance * (unit.modulus / self.specimen.modulus)
+
+    @property
+    def fixed(self) -> np.ndarray | None:
+        """(2, n) tangential tractions that mirrors keep zero; None without friction."""
+        return self._on_mirrors if self.friction else None
+
+    @cached_property
+    def _on_mirrors(self) -> np.ndarray:
+        """(2, n) nodes on a mirror plane, by the axis across it."""
+        return ((self.patch.xy == 0) & np.any(self.patch.images < 0, axis=0)).T
 
     def current_patch(self, displacement: np.ndarray) -> Patch:
         """The patch at the skin's place after a displacement (nodes, 3); its gap is that of the reference state.
@@ -78,47 +107,60 @@ class Touching:
         """
         patch = self.patch
         mean = self._coupling.T @ (displacement @ self.loaded.frame.axes[:2].T) / patch.mass[:, None]
-        mean[(patch.xy == 0) & (patch.images < 0).any(axis=0)] = 0
+        mean[self._on_mirrors.T] = 0
         moved = replace(patch, xy=patch.xy + mean)
         _, weights, hats = quadrature(moved)
         return replace(moved, mass=hats.T @ weights)
 
-    def follow(self, displacement: np.ndarray, residual: float = 0.0) -> bool:
-        """Compute the specimen's compliance again if the skin has moved along it further than a relative residual
-        allows."""
-        current = self.current_patch(displacement)
-        moved, far = (np.abs(current.xy - place).max() for place in (self._place, self.patch.xy))
-        steady = RENEWAL_DISTANCE_EDGES * float(self.patch.edge_length.mean()) if self.friction else 0.0
-        if moved <= max(RENEWAL_PER_RESIDUAL * residual * far, steady):
-            return False
-        self._place, self._compliance = current.xy, self._compliance_at(current)
-        return True
-
-    def at(self, displacement: np.ndarray) -> SkinContact:
-        """Contact with the skin at its place after a displacement (nodes, 3) in mm."""
+    def at(self, displacement: np.ndarray, contact: np.ndarray) -> SkinContact:
+        """Contact with the skin after a displacement (nodes, 3) in mm, under a contact pressure (n,), with friction
+        followed by the tangential tractions (3n,), in MPa."""
         patch, frame, coupling = self.patch, self.loaded.frame, self._coupling
-        current = self.current_patch(displacement)
-        # Where the skin has moved sideways, a curved specimen leaves another gap; for a flat one the difference is 0.
-        lateral = self.specimen.gap(current.xy) - self.specimen.gap(patch.xy)
-        gap = weak_gap(patch, self.specimen) + patch.mass * lateral - coupling.T @ (displacement @ frame.axes[2])
-        # Pressure acts along the specimen's normal at the skin's place, friction along the axes of the contact plane.
-        directions = [self.specimen.slope(current.xy) @ frame.axes[:2] - frame.axes[2]]
+        answer, slope = self._answer(self.current_patch(displacement).xy - patch.xy, contact)
+        shift = answer - self.compliance @ contact
+        gap = weak_gap(patch, self.specimen) + shift[: len(patch.mass)] - coupling.T @ (displacement @ frame.axes[2])
+        directions = [slope @ frame.axes[:2] - frame.axes[2]]
         if self.friction:
             directions += [np.broadcast_to(axis, directions[0].shape) for axis in frame.axes[:2]]
         order = np.arange(SPACE_AXES * coupling.shape[0]).reshape(SPACE_AXES, -1).T.ravel()
         parts = [sp.vstack([coupling @ sp.diags(component) for component in direction.T]) for direction in directions]
-        loads = sp.hstack(parts).tocsr()[order]
-        return SkinContact(gap, loads, self._compliance)
+        return SkinContact(gap, shift, sp.hstack(parts).tocsr()[order])
+
+    def _answer(self, moved: np.ndarray, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The specimen's surface under a contact, where the skin has moved along the plane by `moved` (n, 2), in mm.
+
+        Returns its weak height over that at rest, with friction followed by minus its weak movement along the plane, in
+        mm3, as `compliance` times the tractions; and its slope (n, 2).
+        """
+        patch, specimen, n = self.patch, self.specimen, len(moved)
+        mass, rest = patch.mass, patch.xy
+        tractions = np.zeros((len(self._answers) // n, n))
+        tractions.ravel()[: len(contact)] = contact
+        free = np.concatenate([np.ones((1, n)), ~self._on_mirrors])[: len(tractions)]
+        away, slope, answer = moved, specimen.slope(rest + moved), np.zeros_like(tractions)
+        for _ in range(MOST_ROUNDS):
+            turned = tractions.copy()
+            turned[1:] += (tractions[0] * slope.T)[: len(tractions) - 1]
+            back = sum(
+                (along.T @ (mass * away_k * turned).T).T for along, away_k in zip(patch.gradient, away.T, strict=True)
+            )
+            before, answer = answer, self._answers @ (free * (turned + back / mass)).ravel()
+            answer = free * answer.reshape(-1, n) / mass
+            steepness = np.stack([(along @ answer.T).T for along in patch.gradient])
+            if len(answer) > 1:
+                # Tractions are those on the skin, so along the plane the specimen moves the other way
+                stretch = np.eye(2) - steepness[:, 1:].T
+                away = np.linalg.solve(stretch, (moved + answer[1:].T)[..., None])[..., 0]
+                rise = specimen.slope(rest + away) + steepness[:, 0].T
+                slope = np.linalg.solve(stretch.swapaxes(1, 2), rise[..., None])[..., 0]
+            if np.abs(answer - before).max() <= ROUND_TOLERANCE * np.abs(answer).max():
+                break
+        else:
+            raise SolverError("the specimen's surface and the pressure that it turns find no common state")
+        carried = answer + sum(away_k * steep for away_k, steep in zip(away.T, steepness, strict=True))
+        carried[0] += specimen.gap(rest + away) - specimen.gap(rest)
+        return (mass * carried).ravel()[: len(contact)], slope
 
     @property
     def _coupling(self) -> sp.csr_matrix:
         return self.loaded.couplings[(1, 1)]
-
-    def _compliance_at(self, current: Patch) -> np.ndarray:
-        """The specimen's compliance. Nodal pressures are spread over the current area, so both sides are scaled by the
-        ratio of reference to current mass."""
-        spread, surface = self.patch.mass / current.mass, PatchSurface(current)
-        if self.friction:
-            spread = np.tile(spread, SPACE_AXES)
-            return self.specimen.traction_compliance(surface) * np.outer(spread, spread)
-        return self.specimen.compliance(surface) * np.outer(spread, spread)

@@ -40,9 +40,9 @@ FIRST_GAUGE = len(CONTACT_MEASURES)
 
 POLYNOMIAL_POWERS = [
     [(i, j) for i in range(force + 1) for j in range(min(area, force - i) + 1)]
-    for force, area in ((4, 4), (4, 3), (3, 3))
+    for force, area in ((5, 4), (4, 4), (4, 3), (3, 3))
 ]
-"""Powers of force and area in the polynomials: 15, 14 or 10 terms. The change varies much with the force, as the
+"""Powers of force and area in the polynomials: 20, 15, 14 or 10 terms. The change varies much with the force, as the
 contact approaches the gauges and the bone, and little with the area."""
 
 PRESSES_A_TERM, CROSS_VALIDATED_PRESSES = 1.4, 24
@@ -127,19 +127,22 @@ class LargeStrain:
         # A single gauge may read nearly nothing, so its change is relative to all gauges of the press.
         sizes = np.broadcast_to(np.linalg.norm(gauges, axis=2, keepdims=True), gauges.shape)
         norms = np.concatenate([self.linear[:, :FIRST_GAUGE], sizes.reshape(count, -1)], axis=1)
-        enough = (powers for powers in POLYNOMIAL_POWERS if count >= PRESSES_A_TERM * len(powers))
-        powers = np.array(next(enough, POLYNOMIAL_POWERS[-1]))
         ranges = tuple((float(coordinate.min()), float(np.ptp(coordinate))) for coordinate in (ln_force, softness))
-        terms = _monomials(ln_force, softness, ranges, powers)
         differences = (self.finite - self.linear) / norms
-        coefficients = np.linalg.lstsq(terms, differences)[0]
-        # Share of an error of one press that the fit does not follow (1 - leverage).
-        residual_share = 1 - np.einsum("nt,tn->n", terms, np.linalg.pinv(terms))[:, None]
-        if count >= CROSS_VALIDATED_PRESSES:
-            errors = (terms @ (np.linalg.pinv(terms) @ differences) - differences) / residual_share
-        else:
-            errors = (terms @ coefficients - differences) / np.sqrt(residual_share)
-        return TableFit(rigid, softness, levels, ends, powers, ranges, norms, coefficients, errors)
+        enough = [powers for powers in POLYNOMIAL_POWERS if count >= PRESSES_A_TERM * len(powers)]
+        candidates = []
+        for powers in map(
+            np.array, enough[: None if count >= CROSS_VALIDATED_PRESSES else 1] or POLYNOMIAL_POWERS[-1:]
+        ):
+            terms = _monomials(ln_force, softness, ranges, powers)
+            coefficients = np.linalg.lstsq(terms, differences)[0]
+            # Share of an error of one press that the fit does not follow (1 - leverage).
+            residual_share = 1 - np.einsum("nt,tn->n", terms, np.linalg.pinv(terms))[:, None]
+            exponent = 1.0 if count >= CROSS_VALIDATED_PRESSES else 0.5
+            errors = (terms @ coefficients - differences) / residual_share**exponent
+            candidates.append(TableFit(rigid, softness, levels, ends, powers, ranges, norms, coefficients, errors))
+        # With many presses the polynomial that predicts left-out ones best
+        return min(candidates, key=lambda fit: float((fit.errors[:, FIRST_GAUGE:] ** 2).sum()))
 
     def changes(self, force, softness) -> np.ndarray:
         """Changes (..., 3 + q g) at F / E_inner (mm2) and ln(A/A_rigid): relative ones of `MEASURES`; those of gauges

@@ -13,7 +13,7 @@ from papilla.core.progress import Progress, silent
 from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, Press, ReducedFinger, prepare, press, press_finite
 from papilla.fem.pressing.prices import PRICED_QUANTITIES, Cost, Loss, Prices, keep
-from papilla.mesh import DEFAULT_SIZE_MM, build
+from papilla.mesh import build, default_size_mm
 from papilla.model.finger import Finger
 from papilla.model.specimen import THICKNESS_MM, Block
 
@@ -24,7 +24,7 @@ PRICED_SPECIMEN = Block(0.51, THICKNESS_MM)  # The middle one of the published s
 TIMED_PRESSES = 40  # Presses that the seconds of a scene are the median of
 
 
-def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress = silent) -> Prices:
+def measure_prices(finger: Finger, *, size_mm: float | None = None, progress: Progress = silent) -> Prices:
     """Errors of each fidelity at the apex of a finger, at `PRICED_FORCES_N` on `PRICED_SPECIMEN`, with elements of
     `size_mm`.
 
@@ -33,6 +33,7 @@ def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress
     with a line for each stage. Raises what meshing, reducing and pressing raise.
     """
 
+    size_mm = default_size_mm(finger) if size_mm is None else size_mm
     mesh = build(finger, size_mm, progress=progress)
     progress("pricing: assembling and reducing")
     began = perf_counter()
@@ -65,7 +66,7 @@ def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress
     )
 
 
-def price(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress = silent) -> Prices:
+def price(finger: Finger, *, size_mm: float | None = None, progress: Progress = silent) -> Prices:
     """Measure the prices of a finger with `measure_prices`, and keep them in the cache for `fidelity="auto"`."""
     prices = measure_prices(finger, size_mm=size_mm, progress=progress)
     keep(prices)

@@ -18,7 +18,7 @@ from papilla.core.errors import InputError
 from papilla.core.progress import Progress, silent
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.reduced import ReducedFinger, fetch_tangential
-from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
+from papilla.mesh import LayeredMesh, build
 from papilla.model.finger import Finger, Layer
 
 MODULUS_RATIO_ENDS = (1.0, 16.0)
@@ -89,7 +89,7 @@ class FingerFamily:
 def family(
     finger: Finger,
     *,
-    size_mm: float = DEFAULT_SIZE_MM,
+    size_mm: float | None = None,
     at: tuple[float, float] = (0.0, 0.0),
     variant: int = 0,
     mesh: LayeredMesh | None = None,

@@ -95,6 +95,27 @@ class Patch:
         return self.mean_edge(np.isin(np.arange(len(self.xy)), touching))
 
     @cached_property
+    def gradient(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Two (n, n): derivatives along x and y, at the nodes, of a field that is linear on the triangles.
+
+        They are the mean over the triangles at a node, by area; across a mirror plane they are zero, as for a field
+        that is even there.
+        """
+        a, b, c = self.xy[self.triangles].swapaxes(0, 1)
+        # Per unit of the field at a corner, the gradient is its opposite edge, turned, over twice the area
+        opposite = np.stack([c - b, a - c, b - a], axis=1)
+        double_area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+        turned = np.sign(double_area)[:, None, None] * opposite[:, :, ::-1] * [-1, 1]
+        around = np.bincount(self.triangles.ravel(), np.repeat(np.abs(double_area), 3), len(self.xy))
+        even = (self.xy == 0) & (self.images < 0).any(axis=0)
+        rows, columns = np.repeat(self.triangles, 3, axis=1).ravel(), np.tile(self.triangles, 3).ravel()
+        along_x, along_y = (
+            sp.csr_matrix((np.tile(turned[..., axis], 3).ravel() * (~even[:, axis] / around)[rows], (rows, columns)))
+            for axis in (0, 1)
+        )
+        return along_x, along_y
+
+    @cached_property
     def copies(self) -> np.ndarray:
         """Number of nodes of the whole patch that each node (n,) represents: the number of its images, fewer on a
         mirror plane."""

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import ContactRangeError, InputError
-from papilla.fem import FingerModel, press
+from papilla.fem import FingerModel, prepare, press
 from papilla.fem.finite import press_finite
 from papilla.fem.finite.pressing import PressProblem, press_path
 from papilla.fem.reduction.family import with_moduli
+from papilla.mesh import build, default_size_mm
+from papilla.model.finger import DEFAULT_FINGER, Finger
 from papilla.model.materials import NeoHookean
 from papilla.model.specimen import Block, HalfSpace, Sphere
 
@@ -65,6 +67,40 @@ def test_refusals_are_one_clear_line(coarse, change, error, message):
     scene = {"specimen": HalfSpace(0.51), "force": 0.1} | change
     with pytest.raises(error, match=message):
         press_finite(*coarse, scene.pop("specimen"), **scene)
+
+
+def _scaled(finger, length, stress):
+    """The finger with all lengths and moduli times a factor."""
+
+    def longer(owner, *names):
+        sizes = {name: np.multiply(length, getattr(owner, name)).tolist() for name in names}
+        return dataclasses.replace(owner, **{k: tuple(v) if isinstance(v, list) else v for k, v in sizes.items()})
+
+    body = [name for name in ("outer", "interface", "bone", "depth") if hasattr(finger.shape, name)]
+    gauges = tuple(longer(gauge, "y_mm", "length_mm", "width_mm", "backing_mm") for gauge in finger.gauges)
+    larger = dataclasses.replace(longer(finger, "patch_radius"), shape=longer(finger.shape, *body), gauges=gauges)
+    return with_moduli(larger, stress * finger.outer.modulus, stress * finger.inner.modulus)
+
+
+@pytest.mark.parametrize("length, stress", [(0.3, 10.0), pytest.param(3.0, 0.1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("shape", ["dome", pytest.param("slab", marks=pytest.mark.slow)])
+def test_a_press_knows_no_unit_of_length_or_stress(shape, length, stress):
+    finger = Finger.load(DEFAULT_FINGER.with_name(f"{shape}_finger.toml"))
+
+    def answers(finger, length, stress):
+        size = (4 if shape == "dome" else 2) * default_size_mm(finger)
+        reduced, scene = prepare(finger, size_mm=size), (Block(0.2 * stress, 10 * length), 0.1 * length**2 * stress)
+        linear = press(reduced, scene[0], force=scene[1], friction=0, fidelity="contact")
+        finite = press_finite(finger, build(finger, size), scene[0], force=scene[1])
+        return [
+            np.array([*p.reading, p.indentation / length, p.contact_area / length**2, p.peak_pressure / stress])
+            for p in (linear, finite)
+        ], linear.resolved
+
+    (linear, finite), resolved = answers(_scaled(finger, length, stress), length, stress)
+    (plain_linear, plain_finite), plain_resolved = answers(finger, 1.0, 1.0)
+    assert linear == pytest.approx(plain_linear, rel=1e-6) and resolved == plain_resolved
+    assert finite == pytest.approx(plain_finite, rel=1e-5)
 
 
 def test_contact_at_the_rim_of_its_patch_is_refused(coarse):

@@ -163,3 +163,12 @@ def test_a_quadratic_displacement_has_its_curvature_along_the_grid(gauge):
     assert value(curvature, bend(0, 0.04, 0)) == pytest.approx(0, abs=1e-12)
     assert value(curvature, bend(0, 0, 0.04)) == pytest.approx(0, abs=1e-12)
     assert value(curvature, bend(0.04, -0.3, 0.7)) == pytest.approx(0.04, rel=1e-9)
+
+
+def test_the_gradient_of_a_linear_field_is_exact():
+    x, y = np.random.default_rng(4).uniform(0, 5, (2, 12))
+    corners = np.array([(i, i + 1, i + 2) for i in range(10)])
+    unknown = np.zeros(12)
+    patch = Patch(np.column_stack([x, y]), corners, unknown, unknown, unknown > 0, np.array([[1, 1]]))
+    for derivative, expected in zip(patch.gradient, (0.3, -1.2), strict=True):
+        assert derivative @ (0.3 * x - 1.2 * y + 2) == pytest.approx(np.full(12, expected), abs=1e-9)
