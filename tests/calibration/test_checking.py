@@ -80,8 +80,7 @@ def test_intervals_grow_until_they_hold_the_checked_presses(finger, share):
     presses = np.column_stack([np.zeros(12), force, modulus, finger.predict(force, modulus) * off])
     wider, factor = held_as_stated(finger, presses)
     before, after = (Truth.of(one, presses).inside.sum() for one in (finger, wider))
-    assert after >= before and after >= 10, "two of twelve may miss by chance"
-    assert (factor == 1) == (before >= 10) == (wider is finger)
+    assert after == 12 and (factor == 1) == (before == 12) == (wider is finger)
     answers = [one.invert(finger.predict(0.4, 0.12), 0.4) for one in (finger, wider)]
     widths = [float(answer.upper_MPa - answer.lower_MPa) for answer in answers]
     assert widths[1] == widths[0] if factor == 1 else widths[1] > widths[0]
