@@ -133,3 +133,18 @@ def test_the_stability_of_the_laws_over_the_strains_reached_is_said(coarse):
     assert "laws stable over the strains reached, stretches up to 1." in stable.status
     weak = press_finite(finger, mesh, HalfSpace(0.51), force=0.5, materials={"outer": Unstable(0.136 / 3)})
     assert "not to be trusted: a material's law is unstable within the stretches reached" in weak.status
+
+
+class Upright(HalfSpace):
+    """A half-space that knows how it answers pressure, and nothing of tractions along its surface."""
+
+    def compliance(self, surface):
+        return super().compliance(surface)
+
+
+def test_a_specimen_without_an_answer_along_its_surface_says_that_pressure_keeps_its_direction(coarse):
+    words = "the pressure keeps its direction where the specimen deforms"
+    specimens = HalfSpace(0.1), Upright(0.1), Block(0.1, 10, bonded=False)
+    turned, upright, sliding = (press_finite(*coarse, specimen, force=0.3) for specimen in specimens)
+    assert words not in turned.status and words in upright.status and words in sliding.status
+    assert turned.sd > 1.001 * upright.sd, "turned pressure strains the finger more"
