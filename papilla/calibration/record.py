@@ -95,6 +95,12 @@ class Calibration:
         return {"force_N": self.surface.surface.force_N, "modulus_MPa": self.surface.surface.modulus_MPa}
 
     @property
+    def doubt(self) -> str:
+        """Why no answer of this calibration is plainly ok: a warning about its file, or a check that it failed; empty
+        if there is nothing."""
+        return self.file_note or str(self.provenance.get("unconfirmed", ""))
+
+    @property
     def ridge_pitch_mm(self) -> float | None:
         """Pitch of the finger's ridges in mm, 0 for a smooth skin, None if it was not stated; raises `InputError`."""
         pitch = self.finger.get("ridge_pitch_mm")

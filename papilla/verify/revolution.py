@@ -34,9 +34,9 @@ def revolution() -> Iterator[Case]:
     yield from _linear(FingerModel(REVOLUTION_FINGER, build(REVOLUTION_FINGER)).reduce())
     mesh = build(REVOLUTION_FINGER, size_mm=RING_CASES.coarse_mm)
     reduced = FingerModel(REVOLUTION_FINGER, mesh).reduce()
-    yield from _large_strain(
-        mesh, press(reduced, _block(RING_CASES.pressed_MPa), force=RING_CASES.pressed_N, fidelity="contact")
-    )
+    for bounds in RING_CASES.change:
+        linear = press(reduced, _block(bounds["pressed_MPa"]), force=RING_CASES.pressed_N, fidelity="contact")
+        yield from _large_strain(mesh, linear, bounds)
 
 
 def _linear(reduced: ReducedFinger) -> Iterator[Case]:
@@ -57,29 +57,26 @@ def _linear(reduced: ReducedFinger) -> Iterator[Case]:
                 yield Case(case, f"{name} against axisymmetric rings of 0.02 mm", error, LINEAR_SETTINGS[name])
 
 
-def _large_strain(mesh: LayeredMesh, linear: Press) -> Iterator[Case]:
+def _large_strain(mesh: LayeredMesh, linear: Press, bounds: dict[str, float]) -> Iterator[Case]:
     """Changes from a linear press without friction, in which the elements' own errors cancel."""
-    before = _pressed(linear=True)
+    modulus = bounds["pressed_MPa"]
+    before = _pressed(modulus, linear=True)
     frictions: tuple[tuple[Friction, str], ...] = ((0.0, "without friction"), (STICK_WORD, "stuck"))
     for friction, name in frictions:
-        exact = _pressed(linear=False, friction=friction_coefficient(friction))
-        pressed = press_finite(
-            REVOLUTION_FINGER, mesh, _block(RING_CASES.pressed_MPa), force=RING_CASES.pressed_N, friction=friction
-        )
+        exact = _pressed(modulus, linear=False, friction=friction_coefficient(friction))
+        pressed = press_finite(REVOLUTION_FINGER, mesh, _block(modulus), force=RING_CASES.pressed_N, friction=friction)
         changes = {
             "S_d": (pressed.strain.std() / linear.strain.std(), exact[1] / before[1]),
             "indentation": (pressed.indentation / linear.indentation, exact[0] / before[0]),
         }
         for quantity, change in changes.items():
             measure = f"change of {quantity} from small strain against axisymmetric bodies, both at finite strain"
-            yield Case(f"large strain {name}, {quantity}", measure, off(*change), RING_CASES.change[quantity])
+            yield Case(f"large strain {name}, {modulus:g} MPa, {quantity}", measure, off(*change), bounds[quantity])
 
 
-def _pressed(linear: bool, friction: float = 0.0) -> tuple[float, float]:
+def _pressed(modulus: float, linear: bool, friction: float = 0.0) -> tuple[float, float]:
     """Indentation (mm) and S_d of the reference."""
-    path = press_path(
-        _bodies(Shape(), RING_CASES.pressed_MPa, linear), REVOLUTION_FINGER.gauges, RING_CASES.pressed_N, friction
-    )
+    path = press_path(_bodies(Shape(), modulus, linear), REVOLUTION_FINGER.gauges, RING_CASES.pressed_N, friction)
     indentation, values = path.at(RING_CASES.pressed_N)
     return float(indentation), float(values[0].std())
 

@@ -134,7 +134,8 @@ def held_as_stated(calibration: Calibration, presses: np.ndarray) -> tuple[Calib
     of its S_d grew for it at the middle of its domain: 1 if the intervals hold as many of them as they say.
 
     What the check finds is an error of the model, so it is added to the part by large strain; of each gauge, too, in
-    the same share of its readings. A widened calibration says so in its notes.
+    the same share of its readings. A widened calibration says so in its notes, and all
+    answers made with it do (`Calibration.doubt`).
     """
     stated, judged = calibration.surface.uncertainty, Truth.of(calibration, presses)
     if _as_often_as_stated(judged):
@@ -148,7 +149,8 @@ def held_as_stated(calibration: Calibration, presses: np.ndarray) -> tuple[Calib
         f"the 95 % interval of E held {int(judged.inside.sum())} of {len(judged.inside)} presses at finite strain on "
         f"another mesh: one sigma of S_d is {factor:.2g} times as large for it"
     )
-    return replace(wider, notes=(*calibration.notes, note)), factor
+    provenance = calibration.provenance | {"unconfirmed": note}
+    return replace(wider, notes=(*calibration.notes, note), provenance=provenance), factor
 
 
 def _as_often_as_stated(truth: Truth) -> bool:

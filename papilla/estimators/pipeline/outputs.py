@@ -174,7 +174,7 @@ class ModulusOutput(Output):
             self._creep = Creep(relaxation, calibration.domain["force_N"][0])
         super().__init__(*[estimator for estimator in (by_sd, every, self._creep) if estimator is not None])
         self._sd, self._every, self._names = by_sd, every, names
-        self._in_doubt = bool(calibration.file_note)
+        self._in_doubt = bool(calibration.doubt)
 
     @property
     def doubted(self) -> str:

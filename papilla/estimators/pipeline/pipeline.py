@@ -214,8 +214,8 @@ class Pipeline(Stream):
         if calibration is None or "force_N" not in self.columns:
             self.off["modulus"] = "no calibration was given" if calibration is None else "no column force_N"
             return
-        if calibration.file_note:
-            self._notes.append(f"modulus: the calibration is in doubt: {calibration.file_note}")
+        if calibration.doubt:
+            self._notes.append(f"modulus: the calibration is in doubt: {calibration.doubt}")
         if softness not in SURFACES_METHOD:
             plain = {name: value for name, value in noise.items() if name != "doubts"}
             method = sample_method(softness, calibration, **plain)
