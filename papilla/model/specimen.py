@@ -176,10 +176,13 @@ class Specimen:
 
     @property
     def has_traction_compliance(self) -> bool:
-        """Whether `traction_compliance` belongs to the specimen's `compliance`, not to a half-space: then its own
-        deformation turns the pressure at finite strain."""
-        own = type(self)
-        return own.compliance is Specimen.compliance or own.traction_compliance is not Specimen.traction_compliance
+        """Whether `traction_compliance` belongs to the specimen's `compliance`: then its own deformation turns the
+        pressure at finite strain. It does not where a class replaces the latter alone."""
+        pressed, dragged = (
+            next(owner for owner in type(self).__mro__ if name in vars(owner))
+            for name in ("compliance", "traction_compliance")
+        )
+        return issubclass(dragged, pressed)
 
     def refuse(self, taken: float, radius: float) -> None:
         """Raise `ContactRangeError` if the specimen's law does not hold for an indentation of `taken` mm into it, or
@@ -242,8 +245,8 @@ class Block(Specimen):
 
     @property
     def has_traction_compliance(self) -> bool:
-        """Only a bonded block has one."""
-        return self.bonded
+        """A block that slides on its table has none."""
+        return self.bonded and super().has_traction_compliance
 
     def refuse(self, taken: float, radius: float) -> None:
         """Raise `ContactRangeError` if the press takes more than half of the block's thickness."""

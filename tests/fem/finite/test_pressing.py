@@ -142,9 +142,20 @@ class Upright(HalfSpace):
         return super().compliance(surface)
 
 
+class Softer(Block):
+    """A block of half its stiffness, which does not say how it answers tractions along its surface."""
+
+    def compliance(self, surface):
+        return 2 * super().compliance(surface)
+
+
 def test_a_specimen_without_an_answer_along_its_surface_says_that_pressure_keeps_its_direction(coarse):
     words = "the pressure keeps its direction where the specimen deforms"
     specimens = HalfSpace(0.1), Upright(0.1), Block(0.1, 10, bonded=False)
     turned, upright, sliding = (press_finite(*coarse, specimen, force=0.3) for specimen in specimens)
     assert words not in turned.status and words in upright.status and words in sliding.status
     assert turned.sd > 1.001 * upright.sd, "turned pressure strains the finger more"
+    softer = press_finite(*coarse, Softer(0.2, 10), force=0.3)
+    assert words in softer.status and softer.sd == pytest.approx(
+        press_finite(*coarse, Block(0.1, 10), force=0.3).sd, rel=0.01
+    )
