@@ -31,12 +31,12 @@ REVOLUTION_FINGER = finger_of(FINE_SHAPE)
 
 def revolution() -> Iterator[Case]:
     """The default layers as a dome of revolution, on blocks from soft to rigid."""
-    yield from _linear(FingerModel(REVOLUTION_FINGER, build(REVOLUTION_FINGER)).reduce())
-    mesh = build(REVOLUTION_FINGER, size_mm=RING_CASES.coarse_mm)
+    mesh = build(REVOLUTION_FINGER)
     reduced = FingerModel(REVOLUTION_FINGER, mesh).reduce()
-    for bounds in RING_CASES.change:
-        linear = press(reduced, _block(bounds["pressed_MPa"]), force=RING_CASES.pressed_N, fidelity="contact")
-        yield from _large_strain(mesh, linear, bounds)
+    yield from _linear(reduced)
+    for modulus in RING_CASES.pressed_MPa:
+        linear = press(reduced, _block(modulus), force=RING_CASES.pressed_N, fidelity="contact")
+        yield from _large_strain(mesh, modulus, linear)
 
 
 def _linear(reduced: ReducedFinger) -> Iterator[Case]:
@@ -57,9 +57,8 @@ def _linear(reduced: ReducedFinger) -> Iterator[Case]:
                 yield Case(case, f"{name} against axisymmetric rings of 0.02 mm", error, LINEAR_SETTINGS[name])
 
 
-def _large_strain(mesh: LayeredMesh, linear: Press, bounds: dict[str, float]) -> Iterator[Case]:
+def _large_strain(mesh: LayeredMesh, modulus: float, linear: Press) -> Iterator[Case]:
     """Changes from a linear press without friction, in which the elements' own errors cancel."""
-    modulus = bounds["pressed_MPa"]
     before = _pressed(modulus, linear=True)
     frictions: tuple[tuple[Friction, str], ...] = ((0.0, "without friction"), (STICK_WORD, "stuck"))
     for friction, name in frictions:
@@ -71,7 +70,9 @@ def _large_strain(mesh: LayeredMesh, linear: Press, bounds: dict[str, float]) ->
         }
         for quantity, change in changes.items():
             measure = f"change of {quantity} from small strain against axisymmetric bodies, both at finite strain"
-            yield Case(f"large strain {name}, {modulus:g} MPa, {quantity}", measure, off(*change), bounds[quantity])
+            yield Case(
+                f"large strain {name}, {modulus:g} MPa, {quantity}", measure, off(*change), RING_CASES.change[quantity]
+            )
 
 
 def _pressed(modulus: float, linear: bool, friction: float = 0.0) -> tuple[float, float]:
