@@ -16,6 +16,9 @@ from papilla.core.status import Named, Status
 
 INTERVAL_PROBABILITY = 0.95
 """Probability of the stated intervals."""
+LARGEST_LN_SIGMA = 100.0
+"""Bound of the logarithm of a sigma, so that no file of coefficients makes it overflow."""
+
 NORMAL_FACTOR = 1.959963984540054
 """Half width of the central 95 % of a normal distribution, in standard deviations."""
 ONE_SIDED_FACTOR = 1.6448536269514722
@@ -55,7 +58,8 @@ class Uncertainty:
     scatter_force_N, scatter : (k,) rms difference of independent meshes from this one, at rising forces; zero where
     none was given. scatter_factor : half width of the 95 % interval in `scatter`.
     meshes : how many meshes the scatter comes from.
-    strain : one sigma of the remaining effect of large strain.
+    strain : one sigma of the remaining effect of large strain in the finger.
+    specimen : (ln c, m, n) of one sigma c F^m E^n (N, MPa) by large strain in the specimen; None if it is left out.
     friction : change of the value without friction, if friction is not known; else None.
     identified : one sigma from the identification of the finger; None if the design is taken as exact.
     form : one sigma from the form of the surface between its presses, in files of papilla before 0.2.
@@ -71,6 +75,7 @@ class Uncertainty:
     scatter_factor: float
     meshes: int
     strain: float = 0.0
+    specimen: np.ndarray | None = None
     friction: BicubicSurface | None = None
     identified: BicubicSurface | None = None
     form: BicubicSurface | None = None
@@ -98,6 +103,12 @@ class Uncertainty:
         """Change of the value without friction at a point of the domain (N, MPa); 0 if friction is known."""
         return 0.0 if self.friction is None else self.friction.spline.at(ln_force, ln_modulus).item(0)
 
+    def specimen_at(self, ln_force: float, ln_modulus: float) -> float:
+        """One sigma by large strain in the specimen at a point of the domain (N, MPa)."""
+        if self.specimen is None:
+            return 0.0
+        return math.exp(min(float(self.specimen @ (1.0, ln_force, ln_modulus)), LARGEST_LN_SIGMA))
+
     def sigmas(self, ln_force: float, ln_modulus: float) -> dict[str, float]:
         """Standard deviation of the value at a point of the domain (N, MPa), by its cause.
 
@@ -112,6 +123,7 @@ class Uncertainty:
             "fit": self.fit_rms,
             "mesh": self.scatter_at(math.exp(ln_force)) * max(self.scatter_factor / NORMAL_FACTOR, 1.0),
             "large strain": self.strain,
+            "specimen": self.specimen_at(ln_force, ln_modulus),
             "friction": abs(self.friction_at(ln_force, ln_modulus)) / 2,
             **{name: max(sigma.item(0), 0.0) for name, sigma in more.items()},
         }

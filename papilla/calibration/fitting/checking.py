@@ -17,11 +17,13 @@ from papilla.fem import ReducedFinger, press
 from papilla.fem.finite.strain_tables import finite_presses
 from papilla.logs import PressLog
 from papilla.mesh import build
+from papilla.mesh.body import narrowest_mm
 from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD, Friction, HalfSpace, friction_coefficient, friction_words
 
-CHECKED_FORCES_N = (0.25, 1.0)
-CHECKED_MODULI_MPA = (0.07, 0.6)
+CHECKED_RELATIVE_FORCES, CHECKED_MODULUS_RATIOS = (0.0184, 0.0735), (2.1, 18.0)
+"""F / (E_inner H^2), H being `narrowest_mm`, and E / E_inner of these presses; for the default finger: 0.25 and 1 N,
+0.07 and 0.6 MPa."""
 UNSEEN_VARIANT = 4
 """Number of the mesh of these presses."""
 
@@ -184,7 +186,10 @@ def press_truth(finger: Finger, size_mm: float, friction: Friction, progress: Pr
         mesh = build(finger, size_mm, variant=UNSEEN_VARIANT, progress=mesh_number(UNSEEN_VARIANT, progress))
         words = "stuck" if friction == STICK_WORD else f"friction {friction:g}"
         steps = counted(progress, f"against physics, {words}: press")
-        presses = list(finite_presses(finger, mesh, CHECKED_FORCES_N, CHECKED_MODULI_MPA, friction, steps))
+        inner = finger.inner.modulus
+        forces = [force * inner * narrowest_mm(finger) ** 2 for force in CHECKED_RELATIVE_FORCES]
+        moduli = [ratio * inner for ratio in CHECKED_MODULUS_RATIOS]
+        presses = list(finite_presses(finger, mesh, forces, moduli, friction, steps))
         laws = [note for press in presses for note in press.status.split("; ") if "law" in note]
         rows = [(friction_coefficient(friction), press.force, press.modulus, press.sd) for press in presses]
         return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst_law(laws))}

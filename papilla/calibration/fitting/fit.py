@@ -6,6 +6,7 @@ import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import cached_property
 from importlib.metadata import version
 
 import numpy as np
@@ -27,6 +28,8 @@ from papilla.core.errors import InputError
 from papilla.core.least_squares import least_squares
 from papilla.core.units import gf_to_newton
 from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES, CONTINUED_GAUGE, CONTINUED_SD
+from papilla.fem.pressing.press import specimen_error
+from papilla.model.specimen import friction_coefficient
 
 FRICTION_CELLS = (Resolution(8),) * 2
 """Number of cells over force and modulus for the change by friction, which is smooth."""
@@ -135,16 +138,28 @@ class ComparedSweeps:
         # Share of the presses beyond the measured range of large strain
         beyond = np.mean([BEYOND_STRAIN_TABLES in status for status in np.array(self.sweep.status)[self.sweep.valid]])
         continued = (CONTINUED_GAUGE if one_site else CONTINUED_SD) * math.sqrt(beyond)
-        strain = math.hypot(self.strain, continued) * unit
+        strain, specimen = math.hypot(self.strain, continued) * unit, self.specimen + [math.log(unit), 0, 0]
         if self.frictionless is None:
-            return replace(uncertainty(fitted, others, one_site=one_site), strain=strain)
+            return replace(uncertainty(fitted, others, one_site=one_site), strain=strain, specimen=specimen)
         change = value(self.frictionless) - value(self.sweep)
         finite = np.isfinite(change)
         solver = SurfaceFit(self.sweep.force_N[finite], self.sweep.modulus_MPa[finite], FRICTION_CELLS)
         friction = solver.surface(change[finite]).surface
         others = [(force, modulus, values - friction(force, modulus)) for force, modulus, values in others]
         left_open = None if self.friction_known else friction
-        return replace(uncertainty(fitted, others, one_site=one_site), strain=strain, friction=left_open)
+        doubt = uncertainty(fitted, others, one_site=one_site)
+        return replace(doubt, strain=strain, specimen=specimen, friction=left_open)
+
+    @cached_property
+    def specimen(self) -> np.ndarray:
+        """(ln c, m, n) of the relative sigma c F^m E^n of S_d by the specimens' own large strain: a power law, because
+        contact area is nearly one."""
+        sweep, friction = self.sweep, friction_coefficient(self.sweep.friction)
+        force, modulus, area = (
+            column[sweep.valid] for column in (sweep.force_N, sweep.modulus_MPa, sweep.contact_area_mm2)
+        )
+        terms = np.column_stack([np.ones_like(force), np.log(force), np.log(modulus)])
+        return np.linalg.lstsq(terms, np.log(specimen_error(force, modulus, area, friction)))[0]
 
 
 def gauge_surfaces(sweep: Sweep, solver: SurfaceFit, doubts: ComparedSweeps) -> tuple[GaugeSurface, ...]:

@@ -227,8 +227,11 @@ def force_cost(calibration: Calibration) -> tuple[float, list[tuple[float, float
     for modulus in SPECIMENS_MPA:
         sd = float(calibration.predict(force, modulus))
         if np.isfinite(sd):
-            sigma = calibration.invert(sd, force, force_sigma=USUAL_FORCE_ERROR * force).sigma_MPa
-            rows.append((modulus, float(sigma) / modulus))
+            without, with_it = (
+                float(calibration.invert(sd, force, force_sigma=error * force).sigma_MPa)
+                for error in (0.0, USUAL_FORCE_ERROR)
+            )
+            rows.append((modulus, math.sqrt(with_it**2 - without**2) / modulus))
     return force, rows
 
 

@@ -141,7 +141,8 @@ def solve_level(
     tolerance = RESIDUAL_TOLERANCE if tolerance is None else tolerance
     touch = origin = touching.at(iterate.displacement, iterate.contact)
     inside = body.forces(iterate.displacement, iterate.pressure)
-    mixing, past = _Mixing(body.free_displacements), [np.inf]
+    split = body.free_displacements
+    mixing, past = _Mixing(split), [np.inf]
     # Split the unknowns: what the linear finger does under these tractions, and the drift, which large strain adds.
     drift = _free(body, iterate) - linearisation.response @ iterate.contact
     for step in range(1, MAX_STEPS + 1):
@@ -149,7 +150,8 @@ def solve_level(
         wanted = _in_contact(body, touching, touch, slid_from, iterate, linearisation, drift, force, indentation)
         iterate, inside, full_step = _right_side_out(body, iterate, wanted, inside)
         touch = touching.at(iterate.displacement, iterate.contact)
-        outside = _free_loads(body, touch) @ iterate.contact
+        outside = np.zeros_like(inside.force)
+        outside[:split] = touch.forces(iterate.contact).ravel()[body.free[: SPACE_AXES * body.space.nodes]]
         balance = _balance(body, touching, touch, iterate, inside, outside)
         past.append(balance.worst)
         if not np.isfinite(balance.worst):
@@ -161,7 +163,7 @@ def solve_level(
             linearisation, past, full_step = Linearisation.at(body, touching, iterate), past[-1:], False
         # After a shortened step, or with a new tangent, earlier differences belong to another map.
         if not full_step:
-            mixing = _Mixing(body.free_displacements)
+            mixing = _Mixing(split)
             drift = _free(body, iterate) - linearisation.response @ iterate.contact
         drift = mixing.next(drift, linearisation.solve(outside - inside.force))
     raise StepError(

@@ -30,10 +30,10 @@ from papilla.model.finger import Finger
 from papilla.model.materials import Material, NeoHookean, checked_material
 from papilla.model.specimen import Friction, Specimen, friction_coefficient
 
-LOAD_GROWTH, FIRST_LOAD = 1.3, 0.02
+LOAD_GROWTH, FIRST_LOAD = 1.3, 0.1
 """Steps of the load with friction: ratio of a step to the one before, and the first one as a share of the last."""
 
-ON_THE_WAY = 1e-5
+ON_THE_WAY = 1e-3
 """Relative residual of the steps before the last one."""
 
 SMALLEST_STEP = 1 / 64
@@ -286,7 +286,7 @@ def result(scene: PressProblem, equilibrium: State, force: float | None, sentenc
             "; the pressure keeps its direction where the specimen deforms: it has no compliance along its surface"
         )
     coarse = too_coarse(shape.area, current.mean_edge(equilibrium.active), scene.body.space.mesh.size_mm)
-    return Press(
+    press = Press(
         modulus=specimen.modulus,
         weights=gauge_weights(finger),
         seconds=perf_counter() - began,
@@ -304,3 +304,4 @@ def result(scene: PressProblem, equilibrium: State, force: float | None, sentenc
         pressure=pressure,
         active=equilibrium.active,
     )
+    return replace(press, status=press.status + press.specimen_note)

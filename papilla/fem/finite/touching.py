@@ -47,13 +47,29 @@ class SkinContact:
         pressure: a contact problem adds this product for the pressure that it looks for.
     shift : what the specimen's answer is beyond `compliance` times the tractions, in mm3: of the gap (n,), which
         contains it; with friction followed by that of the movement along the plane (3n,).
-    loads : (3 * nodes, n) forces on the skin in mm2 of unit nodal pressures. With friction three times as many:
-        tractions along the contact plane's axes follow the pressures.
+    coupling : (nodes, n) areas in mm2 by which a patch node's traction loads the nodes of the cell.
+    directions : (k, n, 3) in which a unit pressure acts on the skin; with friction followed by the plane's axes.
     """
 
     gap: np.ndarray
     shift: np.ndarray
-    loads: sp.csr_matrix
+    coupling: sp.csr_matrix
+    directions: np.ndarray
+
+    def forces(self, contact: np.ndarray) -> np.ndarray:
+        """Forces (nodes, 3) in N on the skin under contact pressures and tractions (k n,) in MPa."""
+        tractions = contact.reshape(len(self.directions), -1)
+        return self.coupling @ np.einsum("kn,kni->ni", tractions, self.directions)
+
+    @property
+    def loads(self) -> sp.csr_matrix:
+        """(3 * nodes, k n) forces on the skin in mm2 of unit pressures and tractions at each node."""
+        coupling = self.coupling
+        order = np.arange(SPACE_AXES * coupling.shape[0]).reshape(SPACE_AXES, -1).T.ravel()
+        parts = [
+            sp.vstack([coupling @ sp.diags(component) for component in direction.T]) for direction in self.directions
+        ]
+        return sp.hstack(parts).tocsr()[order]
 
 
 @dataclass(eq=False)
@@ -105,26 +121,27 @@ class Touching:
         Nodes move by the mean displacement under their hat functions, on which their pressure does work; on a mirror
         plane the mean over all images has no component across it.
         """
-        patch = self.patch
-        mean = self._coupling.T @ (displacement @ self.loaded.frame.axes[:2].T) / patch.mass[:, None]
-        mean[self._on_mirrors.T] = 0
-        moved = replace(patch, xy=patch.xy + mean)
+        moved = replace(self.patch, xy=self.patch.xy + self._along(displacement))
         _, weights, hats = quadrature(moved)
         return replace(moved, mass=hats.T @ weights)
+
+    def _along(self, displacement: np.ndarray) -> np.ndarray:
+        """(n, 2) movement of the patch's nodes along the contact plane, in mm."""
+        mean = self._coupling.T @ (displacement @ self.loaded.frame.axes[:2].T) / self.patch.mass[:, None]
+        mean[self._on_mirrors.T] = 0
+        return mean
 
     def at(self, displacement: np.ndarray, contact: np.ndarray) -> SkinContact:
         """Contact with the skin after a displacement (nodes, 3) in mm, under a contact pressure (n,), with friction
         followed by the tangential tractions (3n,), in MPa."""
         patch, frame, coupling = self.patch, self.loaded.frame, self._coupling
-        answer, slope = self._answer(self.current_patch(displacement).xy - patch.xy, contact)
+        answer, slope = self._answer(self._along(displacement), contact)
         shift = answer - self.compliance @ contact
         gap = weak_gap(patch, self.specimen) + shift[: len(patch.mass)] - coupling.T @ (displacement @ frame.axes[2])
         directions = [slope @ frame.axes[:2] - frame.axes[2]]
         if self.friction:
             directions += [np.broadcast_to(axis, directions[0].shape) for axis in frame.axes[:2]]
-        order = np.arange(SPACE_AXES * coupling.shape[0]).reshape(SPACE_AXES, -1).T.ravel()
-        parts = [sp.vstack([coupling @ sp.diags(component) for component in direction.T]) for direction in directions]
-        return SkinContact(gap, shift, sp.hstack(parts).tocsr()[order])
+        return SkinContact(gap, shift, coupling, np.array(directions))
 
     def _answer(self, moved: np.ndarray, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The specimen's surface under a contact, where the skin has moved along the plane by `moved` (n, 2), in mm.
@@ -138,15 +155,15 @@ class Touching:
         tractions.ravel()[: len(contact)] = contact
         free = np.concatenate([np.ones((1, n)), ~self._on_mirrors])[: len(tractions)]
         away, slope, answer = moved, specimen.slope(rest + moved), np.zeros_like(tractions)
+        uphill, downhill = self._gradient
         for _ in range(MOST_ROUNDS):
             turned = tractions.copy()
             turned[1:] += (tractions[0] * slope.T)[: len(tractions) - 1]
-            back = sum(
-                (along.T @ (mass * away_k * turned).T).T for along, away_k in zip(patch.gradient, away.T, strict=True)
-            )
+            carried_loads = (mass * away.T)[:, None] * turned
+            back = (downhill @ carried_loads.swapaxes(1, 2).reshape(2 * n, -1)).T
             before, answer = answer, self._answers @ (free * (turned + back / mass)).ravel()
             answer = free * answer.reshape(-1, n) / mass
-            steepness = np.stack([(along @ answer.T).T for along in patch.gradient])
+            steepness = (uphill @ answer.T).reshape(2, n, -1).swapaxes(1, 2)
             if len(answer) > 1:
                 # Tractions are those on the skin, so along the plane the specimen moves the other way
                 stretch = np.eye(2) - steepness[:, 1:].T
@@ -160,6 +177,12 @@ class Touching:
         carried = answer + sum(away_k * steep for away_k, steep in zip(away.T, steepness, strict=True))
         carried[0] += specimen.gap(rest + away) - specimen.gap(rest)
         return (mass * carried).ravel()[: len(contact)], slope
+
+    @cached_property
+    def _gradient(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """(2n, n) gradient of nodal values on the patch, x before y, and its transpose."""
+        both = sp.vstack(self.patch.gradient).tocsr()
+        return both, both.T.tocsr()
 
     @property
     def _coupling(self) -> sp.csr_matrix:
