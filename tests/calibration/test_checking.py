@@ -78,12 +78,14 @@ def test_intervals_grow_until_they_hold_the_checked_presses(finger, share):
     force, modulus = (axis.ravel() for axis in np.meshgrid([0.2, 0.4, 0.8], [0.06, 0.12, 0.25, 0.4]))
     off = 1 + share * np.where(np.arange(12) % 2, 1, -1)
     presses = np.column_stack([np.zeros(12), force, modulus, finger.predict(force, modulus) * off])
-    wider, factor = held_as_stated(finger, presses)
+    right = np.column_stack([presses[:, :3], finger.predict(force, modulus)])
+    wider, factor = held_as_stated(finger, {"right presses": right, "presses": presses})
     before, after = (Truth.of(one, presses).inside.sum() for one in (finger, wider))
     assert after == 12 and (factor == 1) == (before == 12) == (wider is finger)
     answers = [one.invert(finger.predict(0.4, 0.12), 0.4) for one in (finger, wider)]
     widths = [float(answer.upper_MPa - answer.lower_MPa) for answer in answers]
     assert widths[1] == widths[0] if factor == 1 else widths[1] > widths[0]
+    assert not any("right" in note for note in wider.notes), "only what was missed is named"
     assert any("held" in note for note in wider.notes) == bool(wider.doubt) == (factor > 1)
     if share == 0.3:
         gauges = [one.gauges[0].uncertainty.sigma_at(0.4) for one in (finger, wider)]

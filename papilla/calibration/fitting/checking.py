@@ -2,7 +2,7 @@
 and against measured presses of known modulus. Its finger is checked against the published depths of presses."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -81,7 +81,7 @@ class Recovery:
 
 @dataclass(frozen=True, eq=False)
 class Truth(Recovery):
-    """Presses at finite strain on another mesh, and what a calibration recovers from them.
+    """Presses that a calibration was not fitted to, and what it recovers from them.
 
     friction, sd_microstrain : (n,) of the presses; friction infinite where nothing slips.
     sd_error : (n,) relative, of the calibration's S_d.
@@ -95,7 +95,8 @@ class Truth(Recovery):
 
     @classmethod
     def of(cls, calibration: Calibration, presses: np.ndarray) -> "Truth":
-        """The check of a calibration by the `presses` of `press_truth`; presses outside of its domain are left out."""
+        """The check of a calibration by `presses` (n, 4): friction, force (N), modulus (MPa) and S_d (microstrain);
+        those outside of its domain are left out."""
         force, modulus = presses[:, 1], presses[:, 2]
         predicted = calibration.predict(force, modulus)
         friction, force, modulus, sd, predicted = (column[np.isfinite(predicted)] for column in (*presses.T, predicted))
@@ -104,9 +105,19 @@ class Truth(Recovery):
         return cls(force, modulus, np.asarray(answer.modulus_MPa), friction, sd, predicted / sd - 1, inside)
 
     @property
+    def as_stated(self) -> bool:
+        """Whether the 95 % intervals contain the moduli at least as often as they say."""
+        return not len(self.inside) or bool(self.inside.mean() >= INTERVAL_PROBABILITY)
+
+    @property
     def max_sd_error(self) -> float:
         """Largest |relative error| of the calibration's S_d."""
         return float(np.abs(self.sd_error).max())
+
+    @property
+    def presses(self) -> np.ndarray:
+        """(n, 4) friction, force (N), modulus (MPa) and S_d (microstrain)."""
+        return np.column_stack([self.friction, self.force_N, self.modulus_MPa, self.sd_microstrain])
 
     @property
     def frictions(self) -> list[Friction]:
@@ -131,33 +142,34 @@ class Truth(Recovery):
         }
 
 
-def held_as_stated(calibration: Calibration, presses: np.ndarray) -> tuple[Calibration, float]:
-    """The calibration with intervals wide enough for the `presses` of `press_truth`, and the factor by which one sigma
-    of its S_d grew for it at the middle of its domain: 1 if the intervals hold as many of them as they say.
+def held_as_stated(calibration: Calibration, checks: Mapping[str, np.ndarray]) -> tuple[Calibration, float]:
+    """The calibration with intervals wide enough for some presses, and the factor by which one sigma of its S_d grew at
+    the middle of its domain: 1 if the intervals hold as many of each kind as they say.
+
+    checks : what the presses are, in words -> presses as `Truth.of` takes them.
 
     What the check finds is an error of the model, so it is added to the part by large strain; of each gauge, too, in
     the same share of its readings. A widened calibration says so in its notes, and all
     answers made with it do (`Calibration.doubt`).
     """
-    stated, judged = calibration.surface.uncertainty, Truth.of(calibration, presses)
-    if _as_often_as_stated(judged):
+    stated, judged = calibration.surface.uncertainty, {name: Truth.of(calibration, of) for name, of in checks.items()}
+    missed = {name: truth for name, truth in judged.items() if not truth.as_stated}
+    if not missed:
         return calibration, 1.0
     middle = math.sqrt(math.prod(stated.scatter_force_N[[0, -1]]))
     sigma, factor, wider = stated.sigma_at(middle), 1.0, calibration
-    while factor < MOST_WIDENING and not _as_often_as_stated(Truth.of(wider, presses)):
+    while factor < MOST_WIDENING and not all(Truth.of(wider, of).as_stated for of in checks.values()):
         factor *= WIDENING_STEP
         wider = _with_model_error(calibration, sigma * math.sqrt(factor**2 - 1))
-    note = (
-        f"the 95 % interval of E held {int(judged.inside.sum())} of {len(judged.inside)} presses at finite strain on "
-        f"another mesh: one sigma of S_d is {factor:.2g} times as large for it"
-    )
-    provenance = calibration.provenance | {"unconfirmed": note}
-    return replace(wider, notes=(*calibration.notes, note), provenance=provenance), factor
+    held = " and ".join(f"{truth.inside.sum()} of {len(truth.inside)} {name}" for name, truth in missed.items())
+    note = f"the 95 % interval of E held {held}: one sigma of S_d is {factor:.2g} times as large for it"
+    return replace(in_doubt(wider, note), notes=(*calibration.notes, note)), factor
 
 
-def _as_often_as_stated(truth: Truth) -> bool:
-    """Whether the intervals hold the checked moduli at least as often as they say."""
-    return bool(truth.inside.mean() >= INTERVAL_PROBABILITY)
+def in_doubt(calibration: Calibration, reason: str) -> Calibration:
+    """The calibration with a reason for doubt, in all answers that are made with it."""
+    reasons = [*filter(None, [calibration.provenance.get("unconfirmed", "")]), reason]
+    return replace(calibration, provenance=calibration.provenance | {"unconfirmed": "; ".join(map(str, reasons))})
 
 
 def _with_model_error(calibration: Calibration, share: float) -> Calibration:

@@ -15,6 +15,7 @@ from papilla.calibration.fitting.checking import (
     Recovery,
     Truth,
     held_as_stated,
+    in_doubt,
     mesh_number,
     press_truth,
     published_depths,
@@ -99,7 +100,7 @@ class Calibrated:
 
     calibration: Calibration
     presses: Sweep
-    recovery: Recovery
+    recovery: Truth
     reduced: fem.ReducedFinger | None = None
     truth: Truth | None = None
     depths: Sequence[Depth] = ()
@@ -181,22 +182,38 @@ def calibrate_finger(
         recovery = recover(calibration, reduced, friction, forces, moduli)
         progress("against physics: presses at finite strain on another mesh")
         unseen, laws = zip(*(of_friction() for of_friction in truth), strict=True) if truth else ((), ())
-    law = worst_law(laws)
-    notes = (*calibration.notes, *([law] if "unstable" in law else []), *([QUICK_NOTE] if quick else []))
-    calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": law})
-    calibration, judged, widening = _checked(calibration, unseen)
+    calibration, judged, widening = _checked(_lawful(calibration, worst_law(laws)), recovery, unseen)
+    calibration = replace(calibration, notes=(*calibration.notes, *([QUICK_NOTE] if quick else [])))
     depths = published_depths(finger, reduced)
     return Calibrated(calibration, presses, recovery, reduced, judged, depths, widening=widening)
 
 
-def _checked(calibration: Calibration, unseen: Sequence[np.ndarray]) -> tuple[Calibration, Truth | None, float]:
-    """The calibration, widened if it does not hold the unseen presses as it says; what it made of them before; and the
-    factor."""
-    if not any(map(len, unseen)):
-        return calibration, None, 1.0
-    presses = np.concatenate(unseen)
-    wider, widening = held_as_stated(calibration, presses)
-    return calibration if widening == 1 else with_compact(wider), Truth.of(calibration, presses), widening
+def _lawful(calibration: Calibration, law: str) -> Calibration:
+    """The calibration with a note on the stability of the layers' material laws; in doubt where one is unstable."""
+    calibration = replace(calibration, provenance=calibration.provenance | {"laws": law})
+    if "unstable" not in law:
+        return calibration
+    return in_doubt(replace(calibration, notes=(*calibration.notes, law)), law)
+
+
+def _checked(
+    calibration: Calibration, recovery: Truth, unseen: Sequence[np.ndarray]
+) -> tuple[Calibration, Truth | None, float]:
+    """The calibration, widened if it does not hold the presses of its checks as it says; what it made of the `unseen`
+    ones before; and the factor."""
+    presses = np.concatenate([np.empty((0, 4)), *unseen])
+    judged = Truth.of(calibration, presses) if len(presses) else None
+    wider, widening = held_as_stated(
+        calibration,
+        {
+            "presses at finite strain on another mesh": presses,
+            "presses between those that it was fitted to": recovery.presses,
+        },
+    )
+    if unseen and not (judged and len(judged.inside)):
+        unchecked = "no press at finite strain lies in its domain: its intervals were not checked by one"
+        wider = replace(wider, notes=(*wider.notes, unchecked))
+    return calibration if wider is calibration else with_compact(wider), judged, widening
 
 
 def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, progress: Progress) -> Sweep:
@@ -225,14 +242,14 @@ def recover(
     friction: Friction,
     forces: Sequence[float] = DEFAULT_FORCES,
     moduli: Sequence[float] = DEFAULT_MODULI,
-) -> Recovery:
+) -> Truth:
     """Press specimens of the finger's bench between the points of a sweep, and recover their moduli from the
     calibration's surface. Presses outside the range of the model are left out."""
     between = _between(moduli, CHECKED_MODULUS_MPA), _between(forces, CHECKED_FORCE_N)
     pressed = cached_sweep(reduced, *between, reduced.bench.specimen, friction)
-    force, modulus = pressed.force_N[pressed.valid], pressed.modulus_MPa[pressed.valid]
-    recovered = calibration.invert(pressed.sd_microstrain[pressed.valid], force).modulus_MPa
-    return Recovery(force, modulus, np.asarray(recovered))
+    columns = (pressed.force_N, pressed.modulus_MPa, pressed.sd_microstrain)
+    rows = np.column_stack([np.full(len(pressed), friction_coefficient(friction)), *columns])
+    return Truth.of(calibration, rows[pressed.valid])
 
 
 def _between(grid: Sequence[float], limits: tuple[float, float]) -> list[float]:
