@@ -11,7 +11,7 @@ from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, Press, ReducedFinger, press, press_finite
 from papilla.mesh import LayeredMesh, build
 from papilla.model.finger import Dome, Finger
-from papilla.model.specimen import STICK_WORD, THICKNESS_MM, Block, Friction, friction_coefficient
+from papilla.model.specimen import STICK_WORD, THICKNESS_MM, Block, Friction, Sphere, friction_coefficient
 from papilla.references.axisymmetric.bodies import FINE_SHAPE, Bodies, Rubber, Shape
 from papilla.references.axisymmetric.presses import Rings, press_path
 from papilla.verify.bodies import off
@@ -30,13 +30,16 @@ REVOLUTION_FINGER = finger_of(FINE_SHAPE)
 
 
 def revolution() -> Iterator[Case]:
-    """The default layers as a dome of revolution, on blocks from soft to rigid."""
+    """The default layers as a dome of revolution, on blocks from soft to rigid, and on balls."""
     mesh = build(REVOLUTION_FINGER)
     reduced = FingerModel(REVOLUTION_FINGER, mesh).reduce()
     yield from _linear(reduced)
-    for modulus in RING_CASES.pressed_MPa:
-        linear = press(reduced, _block(modulus), force=RING_CASES.pressed_N, fidelity="contact")
-        yield from _large_strain(mesh, modulus, linear)
+    blocks: list[Block | Sphere] = [_block(modulus) for modulus in RING_CASES.pressed_MPa]
+    balls: list[Block | Sphere] = [Sphere(modulus, radius) for modulus, radius in RING_CASES.balls]
+    for specimen in blocks + balls:
+        yield from _large_strain(
+            mesh, specimen, press(reduced, specimen, force=RING_CASES.pressed_N, fidelity="contact")
+        )
 
 
 def _linear(reduced: ReducedFinger) -> Iterator[Case]:
@@ -57,27 +60,33 @@ def _linear(reduced: ReducedFinger) -> Iterator[Case]:
                 yield Case(case, f"{name} against axisymmetric rings of 0.02 mm", error, LINEAR_SETTINGS[name])
 
 
-def _large_strain(mesh: LayeredMesh, modulus: float, linear: Press) -> Iterator[Case]:
-    """Changes from a linear press without friction, in which the elements' own errors cancel."""
-    before = _pressed(modulus, linear=True)
+def _large_strain(mesh: LayeredMesh, specimen: Block | Sphere, linear: Press) -> Iterator[Case]:
+    """Changes from a linear press without friction, in which the elements' own errors cancel, and so does what a ball's
+    linear compliance differs from a half-space's."""
+    before = _pressed(specimen, linear=True)
     frictions: tuple[tuple[Friction, str], ...] = ((0.0, "without friction"), (STICK_WORD, "stuck"))
     for friction, name in frictions:
-        exact = _pressed(modulus, linear=False, friction=friction_coefficient(friction))
-        pressed = press_finite(REVOLUTION_FINGER, mesh, _block(modulus), force=RING_CASES.pressed_N, friction=friction)
+        exact = _pressed(specimen, linear=False, friction=friction_coefficient(friction))
+        pressed = press_finite(REVOLUTION_FINGER, mesh, specimen, force=RING_CASES.pressed_N, friction=friction)
         changes = {
             "S_d": (pressed.strain.std() / linear.strain.std(), exact[1] / before[1]),
             "indentation": (pressed.indentation / linear.indentation, exact[0] / before[0]),
         }
+        ball = f", {specimen.words}" if isinstance(specimen, Sphere) else ""
         for quantity, change in changes.items():
             measure = f"change of {quantity} from small strain against axisymmetric bodies, both at finite strain"
-            yield Case(
-                f"large strain {name}, {modulus:g} MPa, {quantity}", measure, off(*change), RING_CASES.change[quantity]
-            )
+            case = f"large strain {name}, {specimen.modulus:g} MPa{ball}, {quantity}"
+            yield Case(case, measure, off(*change), RING_CASES.change[quantity])
 
 
-def _pressed(modulus: float, linear: bool, friction: float = 0.0) -> tuple[float, float]:
-    """Indentation (mm) and S_d of the reference."""
-    path = press_path(_bodies(Shape(), modulus, linear), REVOLUTION_FINGER.gauges, RING_CASES.pressed_N, friction)
+def _pressed(specimen: Block | Sphere, linear: bool, friction: float = 0.0) -> tuple[float, float]:
+    """Indentation (mm) and S_d of the reference; a ball ends before its equator, on a cylinder that is bonded at the
+    height of its centre."""
+    shape = Shape()
+    if isinstance(specimen, Sphere):
+        shape = Shape(thickness=specimen.radius, width=0.9 * specimen.radius, ball=specimen.radius)
+    bodies = _bodies(shape, specimen.modulus, linear)
+    path = press_path(bodies, REVOLUTION_FINGER.gauges, RING_CASES.pressed_N, friction)
     indentation, values = path.at(RING_CASES.pressed_N)
     return float(indentation), float(values[0].std())
 

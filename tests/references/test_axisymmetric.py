@@ -59,6 +59,55 @@ def test_tangents_are_derivatives_of_the_forces(friction):
         assert (up - down) / 2e-7 == pytest.approx(change, abs=2e-6 * np.abs(change).max())
 
 
+@pytest.mark.parametrize("vertical", [False, True])
+def test_forces_of_the_contact_are_the_derivative_of_its_energy(vertical):
+    """Without friction: the work of a change of the forces is symmetric, by finite differences. A vertical pressure has
+    no part along r, and a pressure that turns has one."""
+    bodies = _bodies(COARSE)
+    contact, rng = Contact(bodies, vertical=vertical), np.random.default_rng(5)
+    start = np.zeros(bodies.unknowns)
+    r = bodies.mesh.doflocs[0]
+    over = bodies.parameters[1] > 5
+    bent = [0.01 * r * over, (-0.3 + 2e-3 * r**2) * over]
+    start[: 2 * bodies.nodes] = np.column_stack(bent).ravel()
+    first, second = 1e-7 * rng.normal(size=(2, bodies.unknowns))
+    changes = [contact.push(start + step) - contact.push(start - step) for step in (first, second)]
+    assert abs(changes[0] @ second) > 0
+    assert changes[0] @ second == pytest.approx(changes[1] @ first, rel=1e-5)
+    sideways = contact.push(start)[: 2 * bodies.nodes : 2]
+    assert (np.abs(sideways).max() == 0) == vertical
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("friction", [0.0, math.inf])
+@pytest.mark.parametrize("length, modulus", [(0.3, 10.0), (3.0, 0.1)])
+def test_a_path_has_no_length_and_no_modulus_of_its_own(length, modulus, friction):
+    """All lengths and moduli scaled: the same strains at the same F / (E L^2)."""
+
+    def pressed(length, modulus):
+        def scaled(sizes):
+            return tuple(length * size for size in sizes)
+
+        axes = (scaled(sizes) for sizes in (COARSE.outer, COARSE.interface, COARSE.bone))
+        shape = Shape(*axes, length * COARSE.thickness, length * COARSE.width, COARSE.cells)
+        rubbers = [Rubber(modulus * E, nu) for E, nu in ((0.136, 0.4999), (0.034, 0.4999), (0.1, 0.495))]
+        gauges = [
+            replace(g, length_mm=length * g.length_mm, width_mm=length * g.width_mm, backing_mm=scaled(g.backing_mm))
+            for g in GAUGES
+        ]
+        return press_path(Bodies(shape, rubbers), gauges, 0.1 * modulus * length**2, friction)
+
+    path, as_scaled = pressed(1.0, 1.0), pressed(length, modulus)
+    assert as_scaled.force / (modulus * length**2) == pytest.approx(path.force, rel=1e-8)
+    assert as_scaled.indentation / length == pytest.approx(path.indentation, rel=1e-8)
+    assert as_scaled.values[:, 0] == pytest.approx(
+        path.values[:, 0], rel=1e-8, abs=1e-8 * np.abs(path.values[:, 0]).max()
+    )
+    assert as_scaled.shear_moment / (modulus * length**3) == pytest.approx(
+        path.shear_moment, rel=1e-8, abs=1e-8 * path.force.max()
+    )
+
+
 def test_gauges_read_what_the_finger_of_revolution_reads():
     """A smooth displacement at the points of `papilla.fem`'s functionals, and on the interface's nodes here."""
     moved = [replace(gauge, angle_deg=gauge.angle_deg + 7) for gauge in GAUGES]

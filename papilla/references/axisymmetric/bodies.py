@@ -9,6 +9,7 @@ an even alpha; p is the pressure-like unknown: ln J + p / lambda = 0 holds in th
 P = mu/m F C^(m-1) - (mu/m + p) F^-T. Gradients are held as (r,r), (r,z), (z,r), (z,z), (theta,theta).
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -74,10 +75,9 @@ class Rubber:
             slope = np.broadcast_to(unit[ENTRY_ROWS, ENTRY_COLUMNS], gradient.shape)
             return stress[..., ENTRY_ROWS, ENTRY_COLUMNS], tangent, small.trace(axis1=-2, axis2=-1), slope
         deformation = small + unit
-        jacobian = np.linalg.det(deformation)
+        jacobian, inverse = _inverted(deformation)
         if not (jacobian > 0).all():
             raise FloatingPointError("a cell is turned inside out")
-        inverse = np.linalg.inv(deformation).swapaxes(-1, -2)
         power, by = self._power(deformation)
         share = mu / self.half_alpha
         stress = share * power - (share + pressure)[..., None, None] * inverse
@@ -108,6 +108,15 @@ class Rubber:
         return value, by
 
 
+def _inverted(deformation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Determinant (...) and transposed inverse (..., 3, 3) of a plane part and a hoop stretch."""
+    a, b, c, d, hoop = (deformation[..., row, column] for row, column in zip(ENTRY_ROWS, ENTRY_COLUMNS, strict=True))
+    plane = a * d - b * c
+    with np.errstate(divide="ignore", invalid="ignore"):
+        entries = np.stack([d / plane, -c / plane, -b / plane, a / plane, 1 / hoop], axis=-1)
+    return plane * hoop, _matrix(entries)
+
+
 def _matrix(entries: np.ndarray) -> np.ndarray:
     """(..., 3, 3) of five entries."""
     matrix = np.zeros((*entries.shape[:-1], 3, 3))
@@ -122,7 +131,8 @@ class Shape:
     cells : along the skin, through the outer and the inner layer, and through the specimen; smallest at the interface
         and at the specimen's surface.
     near : value of the skin's parameter up to which `near_share` of the cells along the skin lie, because contact is
-    there.
+        there; and the same share of the specimen's cells up to the same radius.
+    ball : radius of the cylinder's top, which is then a part of a ball; at least `width`, infinite for a flat top.
     """
 
     outer: tuple[float, float] = BODY_PARAMETERS.outer_mm
@@ -133,18 +143,33 @@ class Shape:
     cells: tuple[int, int, int, int] = BODY_PARAMETERS.cells
     near: float = BODY_PARAMETERS.near
     near_share: float = BODY_PARAMETERS.near_share
+    ball: float = math.inf
 
     def mapped(self, parameters: np.ndarray) -> np.ndarray:
         """(r, z) in mm (2, n) of parameters (2, n): along the skin 0-1; from bone 0 over interface 1 to skin 2."""
         x, y = parameters
+        deep, height = y - SPECIMEN_SURFACE_PARAMETER, self.height(self.width * x)
         levels = np.array([self.bone, self.interface, self.outer])
         a, c = (np.interp(y, [0, 1, 2], levels[:, k]) for k in (0, 1))
         finger = np.stack([a * np.sin(np.pi / 2 * x), c * np.cos(np.pi / 2 * x)])
-        return np.where(
-            y < SPECIMEN_SURFACE_PARAMETER,
-            finger,
-            [self.width * x, self.outer[1] + self.thickness * (y - SPECIMEN_SURFACE_PARAMETER)],
-        )
+        specimen = [self.width * x, self.outer[1] + height + (self.thickness - height) * deep]
+        return np.where(deep < 0, finger, specimen)
+
+    def height(self, r: np.ndarray) -> np.ndarray:
+        """Of the specimen's top over the plane that touches it, in mm."""
+        return r**2 / (self.ball + np.sqrt(self.ball**2 - r**2))
+
+    def along(self, r: np.ndarray) -> np.ndarray:
+        """Distance along the specimen's top from the axis, in mm."""
+        return r if math.isinf(self.ball) else self.ball * np.arcsin(r / self.ball)
+
+    def grid(self, end: float) -> np.ndarray:
+        """Parameters (n,) of the cells' ends along a surface, `near_share` of them up to the parameter `end`."""
+        along = self.cells[0]
+        if end >= 1:
+            return np.linspace(0, 1, along + 1)
+        near = round(self.near_share * along)
+        return np.append(np.linspace(0, end, near + 1), end + (1 - end) * _growing(along - near)[1:])
 
 
 class Bodies:
@@ -156,11 +181,11 @@ class Bodies:
 
     def __init__(self, shape: Shape, rubbers: Sequence[Rubber]):
         self.shape, self.rubbers = shape, tuple(rubbers)
-        along, outer, inner, deep = shape.cells
-        near = round(shape.near_share * along)
-        x = np.append(np.linspace(0, shape.near, near + 1), shape.near + (1 - shape.near) * _growing(along - near)[1:])
+        _, outer, inner, deep = shape.cells
         through = np.concatenate([1 - _growing(inner, 1.3)[::-1], np.linspace(1, 2, outer + 1)[1:]])
-        flat = MeshTri.init_tensor(x, through) + MeshTri.init_tensor(x, SPECIMEN_SURFACE_PARAMETER + _growing(deep))
+        near = shape.outer[0] * math.sin(math.pi / 2 * shape.near) / shape.width
+        specimen = MeshTri.init_tensor(shape.grid(near), SPECIMEN_SURFACE_PARAMETER + _growing(deep))
+        flat = MeshTri.init_tensor(shape.grid(shape.near), through) + specimen
         curved = MeshTri2.from_mesh(flat)
         self.parameters = curved.doflocs
         self.mesh = MeshTri2(shape.mapped(curved.doflocs), curved.t)
@@ -209,9 +234,9 @@ class Bodies:
 
     @cached_property
     def scale(self) -> np.ndarray:
-        """(unknowns,) by which unknowns are divided for a dimensionless norm: displacements in mm, pressures in moduli
-        of the finger."""
-        return np.repeat([1.0, self.rubbers[OUTER_PART].modulus], [2 * self.nodes, self.pressures])
+        """(unknowns,) by which unknowns are divided for a dimensionless norm: the finger's half breadth in mm, and its
+        modulus in MPa for pressures."""
+        return np.repeat([self.shape.outer[0], self.rubbers[OUTER_PART].modulus], [2 * self.nodes, self.pressures])
 
     def edges(self, height: float) -> np.ndarray:
         """(e, 3) nodes (end, end, middle) of the edges at a height of the parameters, ordered outwards."""
@@ -252,9 +277,17 @@ class Bodies:
         blocks[:, :CELL_DISPLACEMENTS, CELL_DISPLACEMENTS:] = blocks[
             :, CELL_DISPLACEMENTS:, :CELL_DISPLACEMENTS
         ].swapaxes(-1, -2)
-        rows, columns = np.broadcast_arrays(self._unknowns[:, :, None], self._unknowns[:, None, :])
-        matrix = sp.coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(self.unknowns,) * 2)
-        return np.bincount(self._unknowns.ravel(), local.ravel(), self.unknowns), matrix.tocsc()
+        places, rows, starts = self._pattern
+        matrix = sp.csc_matrix((np.bincount(places, blocks.ravel()), rows, starts), shape=(self.unknowns,) * 2)
+        return np.bincount(self._unknowns.ravel(), local.ravel(), self.unknowns), matrix
+
+    @cached_property
+    def _pattern(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Places (cells * 15 * 15,) of the entries of the cells' blocks in the tangent's data, its rows, and the starts
+        of its columns."""
+        numbers, size = self._unknowns, self.unknowns
+        keys, places = np.unique(numbers[:, None, :] * size + numbers[:, :, None], return_inverse=True)
+        return places.ravel(), keys % size, np.searchsorted(keys, size * np.arange(size + 1))
 
     @cached_property
     def _strain(self) -> np.ndarray:

@@ -5,8 +5,12 @@ w, the distance along the specimen's undeformed surface from its anchor, where i
 -k g n - k w t with |w| <= mu |g|; where it slips, the anchor follows at the end of a load step. Stick is infinite mu. A
 point's place of first touch is extrapolated from the two states before a step. If it were the place at the end of the
 step, the point would have slid without friction for half of the step on average, an error of first order. ADR 0026
-states the remaining error with stick. With 3000 moduli per mm the penalty takes less than a thousandth of the
-indentation.
+states the remaining error with stick. With 72,000 moduli over the finger's half breadth the penalty takes less than a
+thousandth of the indentation.
+
+A vertical contact leaves out that the specimen's deformation turns the pressure: a point meets what is straight above
+it at rest, y(s) with s fixed; n = (0, -1), t = (1, 0), and w = (x - y).t plus the place on the undeformed surface.
+Without friction both contacts are derivatives of the energy int k g^2 / 2 over the skin where g < 0.
 """
 
 import numpy as np
@@ -14,8 +18,10 @@ import scipy.sparse as sp
 
 from papilla.references.axisymmetric.bodies import SPECIMEN_SURFACE_PARAMETER, Bodies, quadratic
 
-PENALTY_MODULI_PER_MM = 3e3
-"""Penalty in moduli of the skin per mm."""
+PENALTY_MODULI_PER_BREADTH = 7.2e4
+"""Penalty in moduli of the skin over the finger's half breadth."""
+SKIN_REACH, TOP_REACH = 0.75, 0.98
+"""Radii over the finger's half breadth, and over the specimen's, up to which the skin may touch."""
 FIRST_SLIP_TOLERANCE = 0.02
 """Relative change of the slip of a first contact below which it has converged."""
 IMAGINARY_STEP = 1e-30
@@ -28,17 +34,19 @@ GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
 class Contact:
     """k Gauss points of the skin against the specimen's surface; where they are anchored is its state.
 
-    With `linear` bodies a point meets what is straight above it, and slips freely.
+    vertical : the pressure is vertical, as it always is between `linear` bodies, which have no friction.
     """
 
-    def __init__(self, bodies: Bodies, friction: float = 0.0):
+    def __init__(self, bodies: Bodies, friction: float = 0.0, vertical: bool = False):
         assert not (bodies.linear and friction), "friction is for bodies at finite strain"
-        self.bodies, self.friction = bodies, friction
-        self.penalty = PENALTY_MODULI_PER_MM * bodies.rubbers[0].modulus
+        assert not vertical or np.isinf(bodies.shape.ball), "the pressure of a ball is not vertical"
+        self.bodies, self.friction, self.vertical = bodies, friction, vertical or bodies.linear
+        self.penalty = PENALTY_MODULI_PER_BREADTH * bodies.rubbers[0].modulus / bodies.shape.outer[0]
         places, edges = bodies.mesh.doflocs.T, bodies.edges(2.0)
-        edges = edges[places[edges[:, 1], 0] < 0.75 * bodies.shape.outer[0]]
+        reach = min(SKIN_REACH * bodies.shape.outer[0], TOP_REACH * bodies.shape.width)
+        edges = edges[places[edges[:, 1], 0] < reach]
         self.masters = bodies.edges(SPECIMEN_SURFACE_PARAMETER)
-        self.ends = places[self.masters[:, :2], 0]
+        self.ends = bodies.shape.along(places[self.masters[:, :2], 0])
         self.hats, slopes = quadratic(np.tile(GAUSS_POINTS, len(edges)))
         self.slave = np.repeat(edges, len(GAUSS_POINTS), axis=0)
         self.reference = np.einsum("ka,kai->ki", self.hats, places[self.slave])
@@ -62,20 +70,25 @@ class Contact:
         # A point that reverses its slip sticks first: its traction may lie anywhere between the two limits
         self.slides = np.where(slides == -self.slides, 0.0, slides)
         local = self._local(unknowns, mate)
-        pull = self._pull(local, mate, s)[0]
-        touches = gap < 0
         stiffness = np.empty((len(s), LOCAL_COORDINATES, LOCAL_COORDINATES))
         for k in range(LOCAL_COORDINATES):
             step = local.astype(complex)
             step[:, k] += IMAGINARY_STEP * 1j
             stiffness[:, :, k] = self._pull(step, mate, s, turning)[0].imag / IMAGINARY_STEP
-        weights = self.penalty * self.weights * touches
+        weights = self.penalty * self.weights * (gap < 0)
         spread, numbers = self._spread(mate)
-        force = np.einsum("k,kn,knu->ku", weights, pull, spread)
         blocks = spread.swapaxes(-1, -2) @ (weights[:, None, None] * stiffness) @ spread
         rows, columns = np.broadcast_arrays(numbers[:, :, None], numbers[:, None, :])
         matrix = sp.coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(self.bodies.unknowns,) * 2)
-        return np.bincount(numbers.ravel(), force.ravel(), self.bodies.unknowns), matrix
+        return self.push(unknowns), matrix
+
+    def push(self, unknowns: np.ndarray) -> np.ndarray:
+        """Forces (unknowns,) of the contact, where the points that slip are those of the last `forces`."""
+        mate, s, gap, _ = self._met(unknowns)
+        pull = self._pull(self._local(unknowns, mate), mate, s)[0]
+        spread, numbers = self._spread(mate)
+        force = np.einsum("k,kn,knu->ku", self.penalty * self.weights * (gap < 0), pull, spread)
+        return np.bincount(numbers.ravel(), force.ravel(), self.bodies.unknowns)
 
     def commit(self, unknowns: np.ndarray, depth: float) -> None:
         """End a load step at an indentation (mm): anchors of slipping points move along."""
@@ -119,16 +132,17 @@ class Contact:
 
     def shear_moment(self, unknowns: np.ndarray) -> float:
         """int q r dA (N mm) of the tangential traction q, outwards on the skin."""
-        mate, s, gap, place = self._met(unknowns)
+        mate, s, gap, _ = self._met(unknowns)
         slip = self._pull(self._local(unknowns, mate), mate, s)[2]
-        return float(-2 * np.pi * self.penalty * (self.weights * slip * place)[gap < 0].sum())
+        return float(-2 * np.pi * self.penalty * (self.weights * slip * self.reference[:, 0])[gap < 0].sum())
 
     def _met(self, unknowns: np.ndarray) -> tuple[np.ndarray, ...]:
         """Edge (k,), coordinate on it, gap and place along the specimen (mm), where the points are nearest to it."""
         places = self.bodies.mesh.doflocs.T
-        if self.bodies.linear:
-            above = np.column_stack([self.reference[:, 0], np.full(len(self.slave), places[self.masters[0, 0], 1])])
-            mate, s = nearest(above, places, self.masters)
+        if self.vertical:
+            start, end = places[self.masters[:, :2], 0].T
+            mate = np.searchsorted(end, self.reference[:, 0])
+            s = 2 * (self.reference[:, 0] - start[mate]) / (end - start)[mate] - 1
         else:
             places = places + self.bodies.displacement(unknowns)
             mate, s = nearest(np.einsum("ka,kai->ki", self.hats, places[self.slave]), places, self.masters)
@@ -147,7 +161,7 @@ class Contact:
         """
         points, corners = local[:, :2], local[:, 2:].reshape(-1, 3, 2)
         normal, tangent = np.array([0.0, -1.0]), np.array([1.0, 0.0])
-        if not self.bodies.linear:
+        if not self.vertical:
             s = _foot(points, corners, s, 3)
             along = np.einsum(
                 "ka,kai->ki", quadratic(s if turning else s.real)[1], corners if turning else corners.real
@@ -156,8 +170,9 @@ class Contact:
             normal = np.column_stack([tangent[:, 1], -tangent[:, 0]])
         hats = quadratic(s)[0]
         start, end = self.ends[mate].T
-        gap = ((points - np.einsum("ka,kai->ki", hats, corners)) * normal).sum(axis=1)
-        place = (start + end) / 2 + s * (end - start) / 2
+        away = points - np.einsum("ka,kai->ki", hats, corners)
+        gap = (away * normal).sum(axis=1)
+        place = (start + end) / 2 + s * (end - start) / 2 + (away[:, 0] if self.vertical else 0.0)
         slip = np.zeros_like(gap)
         if self.friction and hasattr(self, "anchor"):
             slip = place - self.anchor
@@ -179,7 +194,7 @@ class Contact:
 
 def nearest(points: np.ndarray, places: np.ndarray, masters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Edge (k,) and coordinate s (k,) on it that are nearest to points (k, 2)."""
-    mate = np.clip(np.searchsorted(places[masters[:, 1], 0], points[:, 0]), 0, len(masters) - 1)
+    mate = np.linalg.norm(points[:, None] - places[masters[:, 2]], axis=-1).argmin(axis=1)
     for _ in range(4):
         s = _foot(points, places[masters[mate]], np.zeros(len(points)))
         moved = np.clip(mate + np.where(s > 1, 1, np.where(s < -1, -1, 0)), 0, len(masters) - 1)

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 from scipy.interpolate import CubicSpline
-from scipy.optimize import minimize_scalar
+from scipy.optimize import brentq, minimize_scalar
 from scipy.sparse.linalg import splu
 
 from papilla.core import settings
@@ -143,14 +143,17 @@ def press_path(
     force: float,
     friction: float = 0.0,
     *,
+    vertical: bool = False,
     first: float | None = None,
     growth: float = PRESS_PARAMETERS.growth,
 ) -> Path:
     """Press until a force (N) is passed, each indentation `growth` times the one before, from a `first` (mm) on.
 
+    vertical : leave out that the specimen's deformation turns the pressure (`contact`).
+
     Raises `SolverError` where steps of an eighth do not converge.
     """
-    contact, readout = Contact(bodies, friction), InterfaceGauges(bodies, gauges)
+    contact, readout = Contact(bodies, friction, vertical), InterfaceGauges(bodies, gauges)
     rows: list[tuple] = []
     solution = before = np.zeros(bodies.unknowns)
     start = first or PRESS_PARAMETERS.first * bodies.shape.outer[0]
@@ -167,7 +170,7 @@ def press_path(
         except SolverError:
             if not now and aim < PRESS_PARAMETERS.largest_first * start:
                 # A first contact of a few points may have no equilibrium: a slightly larger one has more points
-                contact, aim = Contact(bodies, friction), aim * growth
+                contact, aim = Contact(bodies, friction, vertical), aim * growth
                 continue
             if not now or aim - now < smallest * now:
                 raise
@@ -188,7 +191,7 @@ def _equilibrium(bodies: Bodies, contact: Contact, solution, ahead, depth: float
     step before and its expected change."""
     free, scale = bodies.free, bodies.scale[bodies.free]
     solution, change, turning = solution + ahead, ahead[free], False
-    for _ in range(PRESS_PARAMETERS.max_steps):
+    for number in range(PRESS_PARAMETERS.max_steps):
         try:
             inside, tangent = bodies.forces(solution)
         except FloatingPointError:
@@ -197,23 +200,41 @@ def _equilibrium(bodies: Bodies, contact: Contact, solution, ahead, depth: float
             continue
         # Far from equilibrium the pressure is much too large, and terms that turn with it would make cells unstable
         push, stiffness = contact.forces(solution, turning)
-        residual, size = (inside + push)[free], max(float(np.linalg.norm(push)), TINY_DIVISOR)
+        residual, size = (inside + push)[free], max(float(np.linalg.norm(bodies.scale * push)), TINY_DIVISOR)
+        unbalanced = float(np.linalg.norm(scale * residual))
         moved = -depth - solution[bodies.table]
-        if contact.settled and not moved.any() and np.linalg.norm(residual) <= PRESS_PARAMETERS.tolerance * size:
+        if contact.settled and not moved.any() and unbalanced <= PRESS_PARAMETERS.tolerance * size:
             return solution
-        turning = bool(np.linalg.norm(residual) < 0.3 * size)
+        turning = unbalanced < 0.3 * size
         system = (tangent + stiffness).tocsc()
         residual = residual + system[:, bodies.table][free] @ moved
         matrix = (sp.diags(scale) @ system[:, free].tocsr()[free] @ sp.diags(scale)).tocsc()
         # Off-diagonal pivots only below a thousandth: otherwise some factors fill tenfold
         factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=1e-3, options={"SymmetricMode": True})
-        change = scale * factors.solve(-scale * residual)
-        solution = solution.copy()
-        solution[free] += change
+        step = np.zeros_like(solution)
+        step[free] = scale * factors.solve(-scale * residual)
+        if number >= PRESS_PARAMETERS.whole_steps:
+            step *= _share(contact, solution, step, inside, tangent)
+        solution, change = solution + step, step[free]
         solution[bodies.table] = -depth
     raise SolverError(
         f"the axisymmetric press did not converge in {PRESS_PARAMETERS.max_steps} steps at {depth:.3g} mm"
     )
+
+
+def _share(
+    contact: Contact, solution: np.ndarray, step: np.ndarray, inside: np.ndarray, tangent: sp.csc_matrix
+) -> float:
+    """Share of a step after which the unbalanced forces do no work along it, at most 1; the bodies' forces are linear.
+
+    Whole steps may alternate between two sets of points that touch."""
+    work, bend = step @ inside, step @ (tangent @ step)
+
+    def power(share: float) -> float:
+        return work + share * bend + step @ contact.push(solution + share * step)
+
+    start, end = power(0.0), power(1.0)
+    return brentq(power, 0.0, 1.0, xtol=PRESS_PARAMETERS.share) if start < 0 < end + 0.3 * start else 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,14 +304,15 @@ class Rings:
         bodies = self.bodies
         places = bodies.mesh.doflocs.T
         edges, masters = bodies.edges(2.0), bodies.edges(SPECIMEN_SURFACE_PARAMETER)
-        edges = edges[places[edges[:, 1], 0] < PRESS_PARAMETERS.reach * bodies.shape.outer[0]]
+        reach = min(PRESS_PARAMETERS.reach * bodies.shape.outer[0], bodies.shape.width)
+        edges = edges[places[edges[:, 1], 0] < reach]
         s, gauss = np.polynomial.legendre.leggauss(6)
         hats = np.stack([1 - s, 1 + s]) / 2
         shapes, slopes = quadratic(s)
         radius, weights = (places[edges, 0] @ basis.T for basis in (shapes, slopes))
         weights = weights * gauss * radius
         outer, height = bodies.shape.outer
-        gap = height * (1 - np.sqrt(1 - (radius / outer) ** 2))
+        gap = height * (1 - np.sqrt(1 - (radius / outer) ** 2)) + bodies.shape.height(radius)
         start, end = places[masters[:, 0], 0], places[masters[:, 1], 0]
         mate = np.searchsorted(end, radius)
         specimen = quadratic(2 * (radius - start[mate]) / (end - start)[mate] - 1)[0]
