@@ -19,7 +19,7 @@ from papilla.fem.finite.body import Body, Card
 from papilla.fem.finite.newton import Balance, Linearisation, State, solve_level
 from papilla.fem.finite.touching import STICK_FRICTION, Touching
 from papilla.fem.pressing.contact import contact_shape
-from papilla.fem.pressing.press import Press, check_scene, refuse_detail, refuse_rim, too_coarse
+from papilla.fem.pressing.press import Press, check_scene, refuse_detail, refuse_rim, too_coarse, with_specimen_note
 from papilla.fem.reduction.gauges import GAUGE_QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
 from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame
@@ -304,4 +304,4 @@ def result(scene: PressProblem, equilibrium: State, force: float | None, sentenc
         pressure=pressure,
         active=equilibrium.active,
     )
-    return replace(press, status=press.status + press.specimen_note)
+    return with_specimen_note(press, specimen.curvature != (0.0, 0.0))

@@ -24,7 +24,7 @@ import numpy as np
 from papilla.core import cache
 from papilla.core.outside import json_value, read_json
 from papilla.core.units import PER_CENT
-from papilla.fem.pressing.press import CONTACT_MEASURES, SILENT_SD_SHARE, Press
+from papilla.fem.pressing.press import CONTACT_MEASURES, SILENT_SD_SHARE, Press, with_specimen_note
 from papilla.fem.reduction.gauges import GAUGE_QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.model.finger import DEFAULT_FINGER
@@ -332,7 +332,7 @@ def _with(reduced: ReducedFinger, small_strain: Press, changed: dict) -> Press:
     )
     unit = "%" if small_strain.silent else "% of it"
     note = f"large strain included ({change} {PER_CENT * error:.2f} {unit})"
-    return replace(strained, status=f"{small_strain.status}; {note}{strained.specimen_note}")
+    return with_specimen_note(replace(strained, status=f"{small_strain.status}; {note}"), curved=False)
 
 
 @kept()
