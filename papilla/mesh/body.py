@@ -12,6 +12,8 @@ from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, Ellipsoid, EllipticCy
 from papilla.model.finger import Dome, Finger, Gauge, Slab
 
 SURFACE_NAMES = ("skin", "interface", "bone")  # Names of the surfaces, from the outside in
+PATCH_RADIUS_SHARE = 0.75
+"""Patch radius over `narrowest_mm`: 15 mm on the default finger, beyond which its skin is steep."""
 WALK_MM = 0.25  # Step along a surface, with which arc lengths are accurate to 1e-4
 
 
@@ -73,6 +75,18 @@ def narrowest_mm(finger: Finger) -> float:
     half = (body.high - body.low) / [1 if name in body.mirrors else 2 for name in "xyz"]
     half[2] *= 2
     return float(half[[0, 2]].min() if isinstance(finger.shape, Slab) else half.min())
+
+
+def patch_radius_mm(finger: Finger) -> float:
+    """The largest distance of the contact from the touch-down point: the design's or, if it states none,
+    `PATCH_RADIUS_SHARE` of `narrowest_mm`; on a slab also to the corners of a contact of that half width at both ends.
+
+    Raises what `surfaces_of` raises, if the design states none.
+    """
+    if finger.patch_radius is not None:
+        return finger.patch_radius
+    along = finger.shape.depth / 2 if isinstance(finger.shape, Slab) else 0.0
+    return math.hypot(PATCH_RADIUS_SHARE * narrowest_mm(finger), along)
 
 
 def surfaces_of(finger: Finger) -> dict[str, Surface]:

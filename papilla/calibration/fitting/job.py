@@ -23,15 +23,7 @@ from papilla.calibration.fitting.checking import (
 )
 from papilla.calibration.fitting.fit import fit, with_compact
 from papilla.calibration.fitting.position_terms import with_positions
-from papilla.calibration.fitting.sweep import (
-    CHECKED_FORCE_N,
-    CHECKED_MODULUS_MPA,
-    DEFAULT_FORCES,
-    DEFAULT_MODULI,
-    NOT_INCLUDED,
-    Sweep,
-    sweep,
-)
+from papilla.calibration.fitting.sweep import NOT_INCLUDED, CalibrationRanges, Sweep, sweep
 from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.core.progress import Progress, silent
@@ -119,8 +111,8 @@ def calibrate_finger(
     size_mm: float | None = None,
     progress: Progress = silent,
     processes: int = 1,
-    forces: Sequence[float] = DEFAULT_FORCES,
-    moduli: Sequence[float] = DEFAULT_MODULI,
+    forces: Sequence[float] | None = None,
+    moduli: Sequence[float] | None = None,
     quick: bool = False,
     identified: "Callable[[Calibration, Finger, Progress, float | None], Calibration] | None" = None,
 ) -> Calibrated:
@@ -135,7 +127,7 @@ def calibrate_finger(
         `identify` for the uncertainty of an identification.
     progress : told each stage, and the presses of a sweep.
     processes : number of processes, if much is not in the cache (`papilla.core.workers`).
-    forces, moduli : of the sweep, N and MPa; at least three each.
+    forces, moduli : of the sweep, N and MPa; at least three each. None takes those of `CalibrationRanges`.
     quick : one other mesh instead of three for the scatter, no comparison with finite strain and no contacts beside the
         apex; the notes say so.
     identified : of (calibration, finger, progress, size_mm), adds the uncertainty of an identification, without which
@@ -146,10 +138,10 @@ def calibrate_finger(
     if finger.identified is not None and identified is None:
         raise InputError("the finger was identified: papilla.calibrate also adds the uncertainty of that")
     friction = finger.bench.friction if friction is None else friction
-    size = size_mm or default_size_mm(finger)
+    size, ranges = size_mm or default_size_mm(finger), CalibrationRanges.of(finger)
+    forces, moduli = ranges.swept(forces, moduli)
     block, stated = finger.bench.specimen, friction is not None
-    pressed: tuple[Friction, ...] = (STICK_WORD, 0.0) if friction is None else (friction,)
-    against: tuple[Friction, ...] = () if quick else pressed
+    against: tuple[Friction, ...] = () if quick else (STICK_WORD, 0.0) if friction is None else (friction,)
     cold = not all(truth_is_known(finger, size, one) for one in against)
     with workers(processes if cold else 1, progress) as start:
         ends = (False, True) if friction is None else ends_of(friction_coefficient(friction))
@@ -171,7 +163,7 @@ def calibrate_finger(
             progress(f"mesh scatter: {number} of {len(scatter)} meshes")
             others.append(swept())
         progress("fitting")
-        calibration = fit(presses, others, frictionless=free, friction_known=stated, strain=error)
+        calibration = fit(presses, others, frictionless=free, friction_known=stated, strain=error, ranges=ranges)
         calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(stated, doubt)))
         calibration = replace(calibration, finger=calibration.finger | {"ridge_pitch_mm": finger.ridge_pitch_mm})
         calibration = identified(calibration, finger, progress, size_mm) if identified else calibration
@@ -223,19 +215,20 @@ def recover(
     calibration: Calibration,
     reduced: fem.ReducedFinger,
     friction: Friction,
-    forces: Sequence[float] = DEFAULT_FORCES,
-    moduli: Sequence[float] = DEFAULT_MODULI,
+    forces: Sequence[float],
+    moduli: Sequence[float],
 ) -> Recovery:
     """Press specimens of the finger's bench between the points of a sweep, and recover their moduli from the
     calibration's surface. Presses outside the range of the model are left out."""
-    between = _between(moduli, CHECKED_MODULUS_MPA), _between(forces, CHECKED_FORCE_N)
+    loads, hardness = CalibrationRanges.recorded(calibration.finger).checked
+    between = _between(moduli, hardness), _between(forces, loads)
     pressed = cached_sweep(reduced, *between, reduced.bench.specimen, friction)
     force, modulus = pressed.force_N[pressed.valid], pressed.modulus_MPa[pressed.valid]
     recovered = calibration.invert(pressed.sd_microstrain[pressed.valid], force).modulus_MPa
     return Recovery(force, modulus, np.asarray(recovered))
 
 
-def _between(grid: Sequence[float], limits: tuple[float, float]) -> list[float]:
+def _between(grid: Sequence[float], limits: Sequence[float]) -> list[float]:
     """Geometric means of neighbouring grid values, thinned out: those inside the limits or, if there are none, all."""
     middles = np.sqrt(np.array(grid[:-1]) * np.array(grid[1:]))
     inside = (middles >= limits[0]) & (middles <= limits[1])
