@@ -25,7 +25,7 @@ from papilla.calibration.fitting.fit import fit, with_compact
 from papilla.calibration.fitting.position_terms import with_positions
 from papilla.calibration.fitting.sweep import NOT_INCLUDED, CalibrationRanges, Sweep, sweep
 from papilla.core import cache
-from papilla.core.errors import InputError
+from papilla.core.errors import ContactRangeError, InputError
 from papilla.core.progress import Progress, silent
 from papilla.core.units import PER_CENT
 from papilla.core.workers import workers
@@ -177,7 +177,7 @@ def calibrate_finger(
     notes = (*calibration.notes, *([law] if "unstable" in law else []), *([QUICK_NOTE] if quick else []))
     calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": law})
     calibration, judged, widening = _checked(calibration, unseen)
-    depths = published_depths(finger, reduced)
+    depths = _depths(finger, reduced)
     return Calibrated(calibration, presses, recovery, reduced, judged, depths, widening=widening)
 
 
@@ -189,6 +189,14 @@ def _checked(calibration: Calibration, unseen: Sequence[np.ndarray]) -> tuple[Ca
     presses = np.concatenate(unseen)
     wider, widening = held_as_stated(calibration, presses)
     return calibration if widening == 1 else with_compact(wider), Truth.of(calibration, presses), widening
+
+
+def _depths(finger: Finger, reduced: fem.ReducedFinger) -> Sequence[Depth]:
+    """The comparison with the published depths; none if the finger, much smaller, cannot make those presses."""
+    try:
+        return published_depths(finger, reduced)
+    except ContactRangeError:
+        return ()
 
 
 def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, progress: Progress) -> Sweep:
