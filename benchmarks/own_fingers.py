@@ -1,6 +1,6 @@
 """Presses of fingers that papilla was not made on, by default physics, against a code that shares nothing with it.
 
-`python benchmarks/own_fingers.py [--draws N --seed S] [--geometry A B C] [--frictions MU ...] [--out FILE]`
+`python benchmarks/own_fingers.py [--draws N --seed S] [--geometry A B C] [--frictions MU ...] [--intervals] [--out FILE]`
 
 The truth is `papilla.references.axisymmetric`: finger and neo-Hookean block at finite strain, the pressure along their
 deformed surfaces. Pressed are three domes of revolution, or with `--draws` as many drawn ones: 0.3 to 2 times as high
@@ -9,7 +9,9 @@ as the default, height over half breadth 0.6 to 1.7, skin 8 to 25 % of the heigh
 
 Printed are errors over the presses of a path, in %: of S_d rms and worst, of the gauges' strains rms over the largest
 strain of their press, and of the indentation rms; and the block's share: what its own large strain changes in S_d, by
-the reference with a block that stays linear. `--out` writes all presses as JSON.
+the reference with a block that stays linear. `--intervals` also calibrates each finger, with its friction stated and
+not, and prints how many of the reference's presses are answered, how many stated 95 % intervals of E contain the
+block's modulus, and the intervals' median width. `--out` writes all presses as JSON.
 """
 
 import argparse
@@ -22,8 +24,11 @@ from pathlib import Path
 import numpy as np
 
 from papilla import Finger, fem
+from papilla.calibration import SoftnessStatus
+from papilla.calibration.fitting.job import calibrate_finger
 from papilla.core.errors import ContactRangeError, SolverError
 from papilla.core.files import write_text
+from papilla.core.units import PER_CENT, STRAIN_PER_MICROSTRAIN
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.mesh.body import narrowest_mm
 from papilla.model.finger import Bench, Layer
@@ -37,7 +42,9 @@ SCALED_FORCES = tuple(np.geomspace(0.0036, 0.072, 5).tolist())
 
 FRICTIONS: tuple[Friction, ...] = (STICK_WORD, 0.0)
 SPECIMEN_NU, RIGID_MPA = 0.495, 1e3
-DEFAULT_HEIGHT_MM, DEFAULT_PATCH_SHARE = 20.0, 0.75
+KNOWLEDGE = ("stated", "unstated")
+"""What a calibration knows of the friction."""
+DEFAULT_HEIGHT_MM = 20.0
 
 
 @dataclass(frozen=True)
@@ -65,8 +72,7 @@ class Scene:
         sizes = {"length_mm": 2.4 * k, "width_mm": 2.0 * k, "backing_mm": (4.8 * k, 2.0 * k)}
         gauges = tuple(replace(gauge, **sizes) for gauge in base.gauges)
         layers = {"outer": Layer(self.outer_MPa), "inner": Layer(self.inner_MPa)}
-        patch = DEFAULT_PATCH_SHARE * min(self.outer)
-        return replace(base, name=self.name, gauges=gauges, patch_radius=patch, bench=Bench(self.block_mm), **layers)
+        return replace(base, name=self.name, gauges=gauges, patch_radius=None, bench=Bench(self.block_mm), **layers)
 
     @property
     def shape(self) -> Shape:
@@ -123,6 +129,7 @@ def presses(scene: Scene, friction: Friction, size_mm: float) -> list[dict]:
         true = values[0]
         share = linear[0][1][0].std() / true.std() - 1 if linear else 0.0
         row = {"scene": scene.name, "friction": friction, "force": load, "block_share": float(share)}
+        row["true_sd"] = float(true.std() / STRAIN_PER_MICROSTRAIN)
         try:
             press = fem.press(reduced, Block(scene.block_MPa, scene.block_mm), force=load, friction=friction)
         except ContactRangeError as error:
@@ -143,6 +150,35 @@ def presses(scene: Scene, friction: Friction, size_mm: float) -> list[dict]:
             }
         )
     return rows
+
+
+def judge_intervals(scene: Scene, rows: Sequence[dict], size_mm: float) -> None:
+    """Add to each press what a calibration makes of its true S_d, where its friction is stated and where it is not: the
+    ends of the interval over the block's modulus, None where there is no answer."""
+    stated = dict.fromkeys(row["friction"] for row in rows)
+    calibrations = {
+        friction: calibrate_finger(scene.finger, friction=friction, size_mm=size_mm * scene.size).calibration
+        for friction in (None, *stated)
+    }
+    for row in rows:
+        for name, friction in (("unstated", None), ("stated", row["friction"])):
+            answer = calibrations[friction].invert(row["true_sd"], row["force"])
+            ends = [float(end) / scene.block_MPa for end in (answer.lower_MPa, answer.upper_MPa)]
+            row[name] = ends if answer.status is SoftnessStatus.OK else None
+            row[f"{name}_doubt"] = calibrations[friction].doubt
+
+
+def intervals_line(rows: Sequence[dict], name: str) -> str:
+    """How the intervals of presses hold the modulus, with the friction "stated" or "unstated"."""
+    asked = [row[name] for row in rows if name in row]
+    ends = np.array([answer for answer in asked if answer is not None]).reshape(-1, 2)
+    inside = int(((ends[:, 0] <= 1) & (ends[:, 1] >= 1)).sum())
+    width = PER_CENT * (float(np.median(np.sqrt(ends[:, 1] / ends[:, 0]))) - 1) if len(ends) else math.nan
+    doubts = sum(bool(row[f"{name}_doubt"]) for row in rows if name in row)
+    return (
+        f"friction {name}: {len(ends)} of {len(asked)} answered, {inside} inside, half width {width:.0f} % in the "
+        f"median, {doubts} of calibrations in doubt"
+    )
 
 
 def friction_of(text: str) -> Friction:
@@ -172,24 +208,32 @@ def main() -> None:
     parser.add_argument("--geometry", nargs="*", default=[scene.name for scene in SCENES])
     parser.add_argument("--size-mm", type=float, default=DEFAULT_SIZE_MM, help="of a finger 20 mm high")
     parser.add_argument("--frictions", nargs="*", type=friction_of, default=FRICTIONS)
+    parser.add_argument("--intervals", action="store_true")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()
     scenes = drawn(given.draws, given.seed) if given.draws else [one for one in SCENES if one.name in given.geometry]
     everything: list[dict] = []
     for scene in scenes:
         print(scene, flush=True)
+        pressed: list[dict] = []
         for friction in given.frictions:
             try:
                 rows = presses(scene, friction, given.size_mm)
             except SolverError as error:
                 print(f"  {friction}: {error}", flush=True)
                 continue
-            everything += rows
+            pressed += rows
             print(f"  {friction}: {line_of(rows)}", flush=True)
-            if given.out:
-                write_text(given.out, json.dumps({"scenes": [asdict(s) for s in scenes], "presses": everything}))
+        if given.intervals and scene.block_MPa < RIGID_MPA:
+            judge_intervals(scene, pressed, given.size_mm)
+            print(*(f"  {intervals_line(pressed, name)}" for name in KNOWLEDGE), sep="\n", flush=True)
+        everything += pressed
+        if given.out:
+            write_text(given.out, json.dumps({"scenes": [asdict(s) for s in scenes], "presses": everything}))
     small = [row for row in everything if abs(row["block_share"]) < 0.003]
     print(f"all: {line_of(everything)}\nblock's share below 0.3 %: {line_of(small)}")
+    if given.intervals:
+        print(*(intervals_line(everything, name) for name in KNOWLEDGE), sep="\n")
 
 
 if __name__ == "__main__":

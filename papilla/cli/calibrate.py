@@ -37,10 +37,14 @@ class SweepOptions:
         None, "Thickness of the blocks, mm.  [default: the bench's of the finger, else 10]"
     )
     force_range: tuple[float, float] | None = option(
-        None, "Least and largest force, N.  [default: 0.05 1]", metavar="LO HI"
+        None,
+        "Least and largest force, N.  [default: 0.05 1 for the default finger, in proportion for others]",
+        metavar="LO HI",
     )
     moduli: str | None = option(
-        None, "Moduli, MPa, with commas; two are the ends of a range.  [default: 0.02,5]", metavar="E,E,.."
+        None,
+        "Moduli, MPa, with commas; two are the ends of a range.  [default: 0.02,5, in proportion to the finger]",
+        metavar="E,E,..",
     )
     quick: bool = option(
         False, "Fewer presses, one other mesh, no comparison with finite strain; the notes say so.", "--quick"
@@ -56,14 +60,15 @@ class SweepOptions:
             return design
         return replace(design, bench=replace(design.bench, thickness=positive("--thickness (mm)", self.thickness)))
 
-    def table(self) -> dict[str, Any]:
-        """Forces, moduli and `quick` as arguments of `calibrate_finger`; raises `InputError`."""
+    def table(self, design: "Finger") -> dict[str, Any]:
+        """Forces, moduli and `quick` as arguments of `calibrate_finger` for a design; raises `InputError`."""
         import numpy as np
 
-        from papilla.calibration.fitting.job import DEFAULT_FORCES, DEFAULT_MODULI, QUICK_FORCES, QUICK_MODULI
+        from papilla.calibration.fitting.job import QUICK_FORCES, QUICK_MODULI
+        from papilla.calibration.fitting.sweep import CalibrationRanges
 
-        chosen_by = {"forces": self.force_range, "moduli": self._moduli()}
-        usual = {"forces": DEFAULT_FORCES, "moduli": DEFAULT_MODULI}
+        chosen_by, ranges = {"forces": self.force_range, "moduli": self._moduli()}, CalibrationRanges.of(design)
+        usual = {"forces": ranges.forces, "moduli": ranges.moduli}
         counts = {"forces": QUICK_FORCES, "moduli": QUICK_MODULI} if self.quick else {}
         table: dict[str, Any] = {"quick": self.quick}
         for name, values in usual.items():
@@ -114,7 +119,7 @@ def calibrate(
     began = perf_counter()
     if size_mm is not None:
         positive("--size-mm", size_mm)
-    rubbing, table = options.read_friction(friction), swept.table()
+    rubbing = options.read_friction(friction)
     if bench is not None and swept.specimen != "block":
         raise InputError("--bench identifies a finger from presses on blocks: leave out --specimen half-space")
     from papilla.core.files import check_writable, write_text
@@ -123,6 +128,7 @@ def calibrate(
     paths |= {} if bench is None else {"finger": out / "finger.toml"}
     written = [*paths.values(), *([export_c] if export_c else [])]
     design = swept.bench_of(options.design_of(finger))
+    table = swept.table(design)
     options.keep_inputs([finger, *options.surface_files(design), bench, check, log_map], written)
     log = None if bench is None else options.read_press_log(bench, False, sd_alone=True, log_map=log_map)
     presses = None if check is None else options.read_press_log(check, True, sd_alone=True, log_map=log_map)
@@ -193,6 +199,7 @@ def _write(
 
 def _summary(calibrated: "Calibrated", paths: dict[str, Path], seconds: float) -> dict:
     from papilla.calibration.document import to_document
+    from papilla.calibration.fitting.sweep import CalibrationRanges
 
     softness = to_document(calibrated.calibration)["softness"]
     return {
@@ -201,6 +208,7 @@ def _summary(calibrated: "Calibrated", paths: dict[str, Path], seconds: float) -
         "softness": {name: softness.get(name) for name in ("forward", "inverse", "compact")},
         **_errors_of(calibrated.recovery),
         "checked_presses": len(calibrated.recovery.error),
+        "checked": CalibrationRanges.recorded(calibrated.calibration.finger).checked_in_words,
         "bench": _of_the_bench(calibrated),
         "published": _against_published(calibrated),
         "truth": calibrated.truth and calibrated.truth.to_json(),
@@ -278,7 +286,7 @@ def _print(summary: dict, verdict: "Check | None", check: Path | None) -> None:
             f"Error of E of the measured presses: {worst} % at most, {rms} % rms, {answered_of}; "
             f"the 95 % interval holds it for {bench['inside_interval']}."
         )
-    checked = f"{summary['checked_presses']} presses over 20-100 gf and 0.05-0.72 MPa"
+    checked = f"{summary['checked_presses']} presses over {summary['checked']}"
     if compact := summary["softness"]["compact"]:
         tell(
             f"Five coefficients (softness.compact; --export-c writes them as C) give moduli that differ from the "

@@ -237,6 +237,7 @@ def suggested(suggestion: "Suggestion") -> dict:
     return {
         "suggested": [{"force_N": f, "modulus_MPa": e, "x_mm": x, "y_mm": y} for f, e, (x, y) in presses],
         "criterion": suggestion.criterion,
+        "over": suggestion.domain,
         "expected_sigma_ln_E": {"before": suggestion.sigma_before, "after": suggestion.sigma_after},
     }
 
@@ -259,8 +260,8 @@ def _print_suggestion(summary: dict) -> None:
     )
     sigma = summary["expected_sigma_ln_E"]
     tell(
-        f"The uncertainty of the finger then makes E uncertain by {_factor(sigma['after'])} over 20-100 gf and "
-        f"0.05-0.72 MPa, now {_factor(sigma['before'])}."
+        f"The uncertainty of the finger then makes E uncertain by {_factor(sigma['after'])} over "
+        f"{summary['over']}, now {_factor(sigma['before'])}."
     )
 
 

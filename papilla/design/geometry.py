@@ -187,7 +187,8 @@ def _enlarged(finger: Finger, factor: float) -> Finger:
         return replace(of, **{name: tuple(size) if isinstance(size, list) else size for name, size in sizes.items()})
 
     gauges = tuple(times(gauge, (*FOIL_SIZES, "y_mm")) for gauge in finger.gauges)
-    return times(replace(finger, shape=times(finger.shape, vars(finger.shape)), gauges=gauges), ["patch_radius"])
+    stated = ["patch_radius"] if finger.patch_radius is not None else []
+    return times(replace(finger, shape=times(finger.shape, vars(finger.shape)), gauges=gauges), stated)
 
 
 def borrow(design: Finger, base: Finger) -> None:

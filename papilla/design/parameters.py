@@ -41,7 +41,8 @@ def _shaped(finger: Finger, values: Mapping[str, float]) -> Finger:
         finger.ridges, **{key: factor * value for key, value in vars(finger.ridges).items()}
     )
     shape = replace(shape, **lengths)
-    return replace(finger, shape=shape, patch_radius=factor * finger.patch_radius, gauges=gauges, ridges=ridges)
+    patch = finger.patch_radius and factor * finger.patch_radius
+    return replace(finger, shape=shape, patch_radius=patch, gauges=gauges, ridges=ridges)
 
 
 def _axes_of(finger: Finger) -> str:

@@ -73,7 +73,7 @@ class GaugeReach:
 class CandidateFigures:
     """The figures of a candidate.
 
-    sd_microstrain : at `SCENE`, NaN outside the calibration. slope : median of d ln S_d / d ln E. sigma : median of
+    sd_microstrain : in `Comparison.scene`. slope : median of d ln S_d / d ln E. sigma : median of
     sigma_E / E. identified : share of the domain with sigma_E / E of at most half. relative_sigma : (forces, moduli),
     infinite if there is no modulus. answer_us : time to invert one S_d. press_ms : of one press; None without a finger.
     reach : a gauge each; empty without a finger.
@@ -105,6 +105,17 @@ class Comparison:
     modulus_MPa: np.ndarray
     verdicts: tuple[str, ...]
 
+    @property
+    def scene(self) -> tuple[float, float]:
+        """Force (N) and modulus (MPa) of the press that is compared."""
+        return _compared_press(self.force_N, self.modulus_MPa)
+
+
+def _compared_press(force: np.ndarray, modulus: np.ndarray) -> tuple[float, float]:
+    """`SHOWN_PRESS`, or the middle of a common domain that does not cover it."""
+    covered = all(axis[0] <= value <= axis[-1] for axis, value in zip((force, modulus), SHOWN_PRESS, strict=True))
+    return SHOWN_PRESS if covered else (float(force[len(force) // 2]), float(modulus[len(modulus) // 2]))
+
 
 def candidate(path: str | Path, **how) -> Candidate:
     """The candidate that a file or the name of a shipped finger gives: a calibration (.json), or a design, which
@@ -124,7 +135,7 @@ def compare(candidates: Sequence[Candidate], progress: Progress = silent) -> Com
         raise InputError(f"{next(name for name in names if names.count(name) > 1)} is given twice")
     force, modulus = (_shared(candidates, key) for key in ("force_N", "modulus_MPa"))
     rows = [_row(entry, force, modulus, progress) for entry in candidates]
-    return Comparison(tuple(rows), force, modulus, tuple(_verdicts(rows)))
+    return Comparison(tuple(rows), force, modulus, tuple(_verdicts(rows, _compared_press(force, modulus))))
 
 
 def _shared(candidates: Sequence[Candidate], key: str) -> np.ndarray:
@@ -147,17 +158,17 @@ def _row(entry: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Pro
     answer = calibration.invert(sd, forces, interval=False, **noise)
     with np.errstate(invalid="ignore"):
         relative = np.nan_to_num(np.asarray(answer.sigma_MPa) / np.asarray(answer.modulus_MPa), nan=np.inf)
-    middle = MODULUS_MAP_POINTS // 2
+    middle, scene = MODULUS_MAP_POINTS // 2, _compared_press(force, modulus)
     answers = _timed(lambda: calibration.invert(float(sd[middle, middle]), float(force[middle])))
     return CandidateFigures(
         name=entry.name,
         gauges=len(calibration.gauges),
-        sd_microstrain=float(calibration.predict(*SHOWN_PRESS)),
+        sd_microstrain=float(calibration.predict(*scene)),
         slope=float(np.nanmedian(slope)),
         sigma=float(np.median(relative)),
         identified=float((relative <= IDENTIFIABLE_SIGMA).mean()),
         answer_us=US_PER_S * answers,
-        press_ms=None if entry.finger is None else MS_PER_S * _press_time(entry.finger),
+        press_ms=None if entry.finger is None else MS_PER_S * _press_time(entry.finger, scene),
         reach=() if entry.finger is None else _reach(entry.finger, progress),
         relative_sigma=relative,
     )
@@ -173,8 +184,8 @@ def _timed(call: Callable[[], object]) -> float:
     return median(seconds)
 
 
-def _press_time(finger: Finger) -> float:
-    reduced, (force, modulus) = fem.prepare(finger), SHOWN_PRESS
+def _press_time(finger: Finger, scene: tuple[float, float]) -> float:
+    reduced, (force, modulus) = fem.prepare(finger), scene
     specimen = finger.bench.specimen(modulus)
     return _timed(lambda: fem.press(reduced, specimen, force=force))
 
@@ -196,12 +207,12 @@ def _reach(finger: Finger, progress: Progress) -> tuple[GaugeReach, ...]:
     return tuple(reaches)
 
 
-def _verdicts(rows: Sequence[CandidateFigures]) -> list[str]:
+def _verdicts(rows: Sequence[CandidateFigures], scene: tuple[float, float]) -> list[str]:
     """Verdicts: which candidate is better in which quantity, a sentence each."""
     compared: list[tuple[str, str, Callable[[float], str], bool, tuple[str, str]]] = [
         ("Standard deviation of E, median over the domain", "sigma", _percent, True, BETTER_WORDS),
         ("Share of the domain where E is identified", "identified", _percent, False, BETTER_WORDS),
-        ("S_d at {:g} N on {:g} MPa".format(*SHOWN_PRESS), "sd_microstrain", "{:,.0f} µε".format, False, LARGER_WORDS),
+        ("S_d at {:.3g} N on {:.3g} MPa".format(*scene), "sd_microstrain", "{:,.0f} µε".format, False, LARGER_WORDS),
         ("Change of S_d with the modulus, d ln S_d / d ln E", "slope", "{:.2g}".format, False, BETTER_WORDS),
         ("Gauges that it needs", "gauges", "{:g}".format, True, BETTER_WORDS),
     ]
@@ -253,7 +264,7 @@ def write_comparison(path: str | Path, found: Comparison, candidates: Sequence[C
     maps = [view.plots.uncertainty_map(*axes, sigma, sigma <= IDENTIFIABLE_SIGMA) for sigma in sigmas]
     names = [figures.name for figures in found.rows]
     text = environment("papilla.identification").get_template("comparison.html").render(
-        rows=found.rows, verdicts=found.verdicts, scene=SHOWN_PRESS, noise=COMPARED_NOISE, force_error=FORCE_ERROR,
+        rows=found.rows, verdicts=found.verdicts, scene=found.scene, noise=COMPARED_NOISE, force_error=FORCE_ERROR,
         force_N=found.force_N, modulus_MPa=found.modulus_MPa,
         maps=[image(drawn, f"Uncertainty of E of {name}") for drawn, name in zip(maps, names, strict=True)],
         fields=[entry.finger and _fields(entry.finger, entry.name) for entry in candidates],

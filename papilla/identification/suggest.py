@@ -7,13 +7,13 @@ So the logarithm of the criterion is averaged over fingers: those of the prior b
 finger afterwards.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
-from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
+from papilla.calibration.fitting.sweep import CalibrationRanges
 from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.core.progress import silent
@@ -37,7 +37,8 @@ Presses = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Forces (n,) in N, moduli (n,) in MPa and places (n, 2) in mm of presses."""
 
 SUGGESTED_FORCES_N = tuple(gf_to_newton(gf) for gf in (5, 7, 10, 14, 20, 28, 40, 55, 75, 100))
-"""Forces among which presses are suggested, unless others are given."""
+"""Forces among which presses on the default finger are suggested, unless others are given; on another finger these
+times the factor of its `CalibrationRanges`."""
 
 DOMAIN_GRID_POINTS = 6
 """Number of points along each axis of the domain over which E should be determined well."""
@@ -62,7 +63,7 @@ class Suggestion:
 
     force_N, modulus_MPa : (k,) of the presses. place_mm : (k, 2) where they touch down.
     sigma_before, sigma_after : expected standard deviation of ln E over the domain, from the uncertainty of the finger
-    alone, without the noise of a later press. criterion : "I" or "D".
+    alone, without the noise of a later press. criterion : "I" or "D". domain : forces and moduli, in words.
     """
 
     force_N: tuple[float, ...]
@@ -71,6 +72,7 @@ class Suggestion:
     sigma_before: float
     sigma_after: float
     criterion: Criterion
+    domain: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +98,7 @@ def suggest_presses(
     count: int,
     moduli: Sequence[float],
     *,
-    forces: Sequence[float] = SUGGESTED_FORCES_N,
+    forces: Sequence[float] | None = None,
     places: Sequence[tuple[float, float]] = (APEX_PLACE,),
     specimen: Specimen | None = None,
     criterion: Criterion = "I",
@@ -105,6 +107,9 @@ def suggest_presses(
     size_mm: float | None = None,
 ) -> Suggestion:
     """The next `count` presses on specimens of some `moduli` (MPa) by some `forces` (N) at some `places` (x, y in mm).
+
+    forces : None takes `SUGGESTED_FORCES_N` for the finger's size and hardness. Presses that the model of the finger
+    refuses, because their contact would leave its patch, are not suggested.
 
     known : an identification, whose presses are taken into account; or a design, for a protocol that begins without
     presses and holds for any finger of its geometry. specimen : the shape of the specimens of a design's protocol, a
@@ -117,6 +122,8 @@ def suggest_presses(
         raise InputError(f"the number of presses to suggest must be at least 1, got {count!r}")
     if criterion not in ("I", "D"):
         raise InputError(f"criterion must be I or D, got {criterion!r}")
+    ranges = CalibrationRanges.of(known.problem.finger if isinstance(known, Identification) else known)
+    forces = ranges.forced(SUGGESTED_FORCES_N) if forces is None else forces
     grid = [
         np.array(sorted({checks.positive(f"{name} to press", value) for value in values}))
         for name, values in (("force (N)", forces), ("modulus (MPa)", moduli))
@@ -137,6 +144,11 @@ def suggest_presses(
     else:
         problem, vectors = _from_nothing(known, candidates, specimen, noise or PressNoise(), seed, size_mm)
         fingers = [_finger(problem, vector, candidates, None) for vector in vectors]
+    able = _pressable(problem, known.values if isinstance(known, Identification) else problem.held, candidates)
+    if not able.any():
+        raise InputError("no press to suggest: the model of this finger covers none of these forces and moduli")
+    force, modulus, place = force[able], modulus[able], place[able]
+    fingers = [replace(finger, each=finger.each[able]) for finger in fingers]
     chosen = _exchanged(fingers, _greedy(fingers, count, criterion), criterion)
     spread = [
         float(
@@ -148,7 +160,18 @@ def suggest_presses(
     ]
     spots_chosen = tuple((x, y) for x, y in place[chosen].tolist())
     best = tuple(force[chosen].tolist()), tuple(modulus[chosen].tolist()), spots_chosen
-    return Suggestion(*best, spread[0], spread[1], criterion)
+    return Suggestion(*best, spread[0], spread[1], criterion, ranges.checked_in_words)
+
+
+def _pressable(problem: Problem, values: Mapping[str, float], candidates: Presses) -> np.ndarray:
+    """(n,) whether the model of a finger with these parameters covers a press with each friction that is possible."""
+    pressed, inside = problem.of(*candidates), np.ones(len(candidates[0]), bool)
+    moduli = values["outer_modulus_MPa"], values["inner_modulus_MPa"]
+    for shape in pressed.shapes:
+        loads = candidates[0][shape.rows], candidates[1][shape.rows]
+        for response in shape.responses:
+            inside[shape.rows] &= response.inside(*loads, *moduli)
+    return inside
 
 
 def _able(problem: Problem, candidates: Presses, size_mm: float | None) -> Problem:
@@ -193,9 +216,8 @@ def _finger(problem: Problem, vector: np.ndarray, candidates: Presses, earlier: 
     priors = len(problem.free) + 1
     by_candidate = jacobian[:-priors].reshape(len(candidates[0]), -1, len(problem.free))
     prior = jacobian[-priors:]
-    grid = np.meshgrid(
-        np.geomspace(*CHECKED_FORCE_N, DOMAIN_GRID_POINTS), np.geomspace(*CHECKED_MODULUS_MPA, DOMAIN_GRID_POINTS)
-    )
+    forces, moduli = CalibrationRanges.of(problem.finger).checked
+    grid = np.meshgrid(*(np.geomspace(low, high, DOMAIN_GRID_POINTS) for low, high in (forces, moduli)))
     modelled = problem.of(grid[0].ravel(), grid[1].ravel()).modelled(vector)
     g = len(problem.gauges)
     sd, shares = sd_and_shares(modelled.values[:, :g] - problem.each("zero_microstrain", problem.values(vector)))

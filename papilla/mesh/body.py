@@ -12,7 +12,11 @@ from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, Ellipsoid, EllipticCy
 from papilla.model.finger import Dome, Finger, Gauge, Slab
 
 SURFACE_NAMES = ("skin", "interface", "bone")  # Names of the surfaces, from the outside in
-WALK_MM = 0.25  # Step along a surface, with which arc lengths are accurate to 1e-4
+PATCH_RADIUS_SHARE = 0.75
+"""Patch radius over `narrowest_mm`: 15 mm on the default finger, beyond which its skin is steep."""
+WALKED_STEPS_A_HEIGHT = 68
+"""Steps along a surface per height of its apex, with which arc lengths are accurate to 1e-4; on the interface of
+the default finger they are 0.25 mm long."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,18 @@ def narrowest_mm(finger: Finger) -> float:
     return float(half[[0, 2]].min() if isinstance(finger.shape, Slab) else half.min())
 
 
+def patch_radius_mm(finger: Finger) -> float:
+    """The largest distance of the contact from the touch-down point: the design's or, if it states none,
+    `PATCH_RADIUS_SHARE` of `narrowest_mm`; on a slab also to the corners of a contact of that half width at both ends.
+
+    Raises what `surfaces_of` raises, if the design states none.
+    """
+    if finger.patch_radius is not None:
+        return finger.patch_radius
+    along = finger.shape.depth / 2 if isinstance(finger.shape, Slab) else 0.0
+    return math.hypot(PATCH_RADIUS_SHARE * narrowest_mm(finger), along)
+
+
 def surfaces_of(finger: Finger) -> dict[str, Surface]:
     """The surfaces "skin", "interface" and "bone" of a finger.
 
@@ -120,8 +136,10 @@ def gauge_site(finger: Finger, gauge: Gauge, interface: Surface) -> np.ndarray:
 
 def _walked(surface: Surface, start: np.ndarray, axis: int, distance: float) -> np.ndarray:
     """The point (3,) of a surface at a distance (mm, positive or negative) from another point, in the section along x
-    (0) or y (1); NaN if the surface ends before. Midpoint rule in steps of `WALK_MM`."""
-    at, steps = start, max(1, math.ceil(abs(distance) / WALK_MM)) if distance else 0
+    (0) or y (1); NaN if the surface ends before. Midpoint rule."""
+    apex = float(surface.height(np.zeros((1, 2)))[0])
+    tall = apex if math.isfinite(apex) else float(np.linalg.norm(start))
+    at, steps = start, max(1, math.ceil(abs(distance) / (tall / WALKED_STEPS_A_HEIGHT))) if distance else 0
     for _ in range(steps):
         half = at
         for share in (0.5, 1.0):

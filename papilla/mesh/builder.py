@@ -20,19 +20,20 @@ from papilla.core.errors import InputError
 from papilla.core.files import replacing
 from papilla.core.outside import read_arrays
 from papilla.core.progress import Progress, silent
-from papilla.mesh.body import SURFACE_NAMES, MeshGeometry, body_of, narrowest_mm
+from papilla.mesh.body import SURFACE_NAMES, MeshGeometry, body_of
 from papilla.mesh.cells import TaggedCells, between, edge_lengths, mean_ratio, paired_faces, volumes
 from papilla.mesh.child import MESHER_VERSION
 from papilla.mesh.drawing import drawn
 from papilla.mesh.finishing import Constraints, finished, relax
 from papilla.mesh.layered import BONE_LAYER, INNER_LAYER, LayeredMesh, pack, unpack
 from papilla.mesh.refining import bisected
+from papilla.mesh.scale import FingerScale
 from papilla.mesh.sizing import Sizing, asked
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 from papilla.model.finger import DEFAULT_FINGER, Dome, Finger, Layer, Slab
 
-DEFAULT_SIZE_MM, DEFAULT_NARROWEST_MM = 0.7, 20.0
-"""Element size at the contact to which the figures of the README refer, and `narrowest_mm` of the default finger."""
+DEFAULT_SIZE_MM = 0.7
+"""Element size at the contact to which the figures of the README refer, on the default finger."""
 
 
 SHIPPED_VARIANTS = 5
@@ -67,7 +68,7 @@ def default_size_mm(finger: Finger) -> float:
 
     Raises what `surfaces_of` raises.
     """
-    return DEFAULT_SIZE_MM * narrowest_mm(finger) / DEFAULT_NARROWEST_MM
+    return DEFAULT_SIZE_MM * FingerScale.of(finger).length
 
 
 def build(

@@ -11,6 +11,7 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.mesh.body import patch_radius_mm
 from papilla.mesh.layered import BONE_LAYER, INNER_LAYER, OUTER_LAYER
 from papilla.model.finger import Dome, Finger, Slab
 
@@ -70,7 +71,7 @@ def patch_half_width(finger: Finger) -> float:
     raises."""
     shape = section_finger(finger).shape
     assert isinstance(shape, Slab)
-    return min(finger.patch_radius, PATCH_SHARE * shape.outer[0])
+    return min(patch_radius_mm(finger), PATCH_SHARE * shape.outer[0])
 
 
 def build_section(finger: Finger, *, size_mm: float = SECTION_SIZE_MM) -> Section:

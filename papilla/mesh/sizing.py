@@ -18,7 +18,7 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.memory import least_bytes, refuse_size
-from papilla.mesh.body import MeshGeometry, body_of, gauge_site
+from papilla.mesh.body import MeshGeometry, body_of, gauge_site, patch_radius_mm
 from papilla.model.finger import Finger
 
 FINE_ZONE = 0.37
@@ -33,6 +33,7 @@ SITE_SIZE, SITE_ZONE = 1.6, 0.1  # Size at the gauges, and radius of their zone,
 FAR_SIZE = 5.0  # Largest size, relative to the fine zone
 FAR_LIMIT_SHARE = 0.25  # Largest size at any size_mm, over the height: coarser elements do not follow the surfaces
 DEPTH_STRETCH = 1.4
+GRID_SHARE = 1 / 15  # Coarsest background grid, over the patch radius: it resolves the zones above
 
 FINEST_SIZE_SHARE, COARSEST_SIZE_SHARE = (
     1 / 200,
@@ -65,7 +66,7 @@ class Sizing:
     @property
     def grid_mm(self) -> float:
         """Spacing of a background grid that resolves the field."""
-        return max(self.near_mm, 1.0)
+        return max(self.near_mm, GRID_SHARE * self.patch_radius)
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Size (n,) in mm at points (n, 3)."""
@@ -97,7 +98,7 @@ def asked(finger: Finger, size_mm: float) -> tuple[MeshGeometry, Sizing]:
     for axis in ("xyz".index(name) for name in body.mirrors):
         sites[:, axis] = np.abs(sites[:, axis])
     sizing = Sizing(
-        body.apex, size_mm, finger.patch_radius, np.unique(np.round(sites, 9), axis=0), FAR_LIMIT_SHARE * tall
+        body.apex, size_mm, patch_radius_mm(finger), np.unique(np.round(sites, 9), axis=0), FAR_LIMIT_SHARE * tall
     )
     refuse_too_fine(body, sizing, finger.bone is not None)
     return body, sizing

@@ -147,7 +147,8 @@ def write_design(finger: Any, path: Path) -> None:
     if finger.bench != Bench():
         of_bench = {"thickness_mm": finger.bench.thickness, "touch_down_mm": finger.bench.touch_down}
         tables["bench"] = of_bench | ({} if finger.bench.friction is None else {"friction": finger.bench.friction})
-    lines = toml_lines({"name": finger.name, "patch_radius_mm": finger.patch_radius})
+    patch = {} if finger.patch_radius is None else {"patch_radius_mm": finger.patch_radius}
+    lines = toml_lines({"name": finger.name, **patch})
     for name, content in tables.items():
         if content is not None:
             lines += ["", f"[{name}]", *toml_lines(content)]

@@ -38,8 +38,9 @@ class Finger:
     """A two-layer soft finger over a bone.
 
     `bone` is a `Layer`, or None for a rigid bone (its surface is then clamped, like the base plane). `patch_radius` is
-    the largest distance (mm) of the contact from the touch-down point. `bench` and `identified` record how the finger
-    was measured; they are not part of the finger, and no hash contains them.
+    the largest distance (mm) of the contact from the touch-down point; None lets it follow from the shape
+    (`papilla.mesh.body.patch_radius_mm`). `bench` and `identified` record how the finger was measured; they are not
+    part of the finger, and no hash contains them.
     """
 
     name: str
@@ -48,14 +49,15 @@ class Finger:
     inner: Layer
     gauges: tuple[Gauge, ...]
     bone: Layer | None = None
-    patch_radius: float = 15.0
+    patch_radius: float | None = None
     ridges: Ridges | None = None
     bench: Bench = Bench()
     identified: Identified | None = None
 
     def __post_init__(self) -> None:
         checks.name("name of the finger", self.name)
-        checks.positive("patch_radius (mm)", self.patch_radius)
+        if self.patch_radius is not None:
+            checks.positive("patch_radius (mm)", self.patch_radius)
         if not self.gauges:
             raise InputError("a finger needs at least one gauge")
         names = [gauge.name for gauge in self.gauges]

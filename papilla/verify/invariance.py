@@ -16,6 +16,7 @@ from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.contact_step import contact_step, first_touch
 from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame
+from papilla.mesh.body import patch_radius_mm
 from papilla.model.finger import Gauge, Layer
 from papilla.model.specimen import Block, HalfSpace, Specimen, Sphere
 from papilla.verify.bodies import BALL_RADIUS, BALL_SPECIMEN, FlatModel, apart, bonded_layer, off
@@ -46,7 +47,7 @@ def _reciprocity() -> Iterator[Case]:
     """Gauge rows by one adjoint solve per gauge, against the solves of all unit pressures."""
     model, reduced = default_model(COARSE_MM), default_reduced(COARSE_MM)
     frame = Frame.at(model.surfaces["skin"], 0.0, 0.0)
-    loaded = build_patch(model.space, model.mesh, model.surfaces["skin"], frame, model.finger.patch_radius, True)
+    loaded = build_patch(model.space, model.mesh, model.surfaces["skin"], frame, patch_radius_mm(model.finger), True)
     adjoints = default_adjoints(COARSE_MM)
     loads = loaded.loads(SYMMETRIC_PARITY)
     # A press at the apex is symmetric about both planes: only that part of an adjoint, halved for each plane, does work
@@ -125,7 +126,7 @@ def _mirrors() -> Iterator[Case]:
     upper, lower = (Layer(modulus, LAW_CASES.halves_nu) for modulus in LAW_CASES.halves_MPa)
     thickness, sites = LAW_CASES.halves_thickness_mm, LAW_CASES.halves_sites_mm
     quarter = bonded_layer(upper, thickness, lower, sites)
-    mesh, radius = replace(quarter.mesh, mirrors=()), quarter.finger.patch_radius
+    mesh, radius = replace(quarter.mesh, mirrors=()), patch_radius_mm(quarter.finger)
     flat = FlatModel(mesh, upper, lower, radius, interface=thickness / 2, sites=sites)
     sums, expected = (
         press(

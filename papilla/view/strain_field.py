@@ -16,7 +16,7 @@ from papilla.fem.fields import Field
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.patch import Frame
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.mesh.body import surfaces_of
+from papilla.mesh.body import patch_radius_mm, surfaces_of
 from papilla.model.finger import Finger
 from papilla.model.specimen import Specimen
 from papilla.view import style
@@ -68,7 +68,7 @@ def drawn(
         )
     field, press, side = scene.field, scene.press, side_of(reduced)
     frame = Frame.at(surfaces_of(finger)["skin"], *reduced.at)
-    solid = specimen_solid(scene.specimen, field, frame, press, 0.9 * finger.patch_radius, scale)
+    solid = specimen_solid(scene.specimen, field, frame, press, 0.9 * patch_radius_mm(finger), scale)
     # Without the parts in the half that was cut away
     outline = [
         np.where(side * line[:, 1:2] >= -1e-3, line, np.nan)

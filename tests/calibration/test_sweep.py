@@ -4,13 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scaled_finger import scaled_finger
 
 from papilla.calibration import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
+from papilla.calibration.fitting.sweep import SHOWN_PRESS, CalibrationRanges
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.tables import TableReader
+from papilla.core.units import gf_to_newton
 from papilla.fem import prepare, press
 from papilla.logs import read_presses
-from papilla.model.finger import Bench, Finger
+from papilla.model.finger import SHIPPED_FINGERS, Bench, Finger
 from papilla.model.specimen import Block, HalfSpace
 
 MODULI, FORCES = [0.5, 0.025], [5.0, 0.1, 0.3]
@@ -111,3 +114,27 @@ def test_arrays_that_do_not_fit_together_are_refused(made_up, name):
 def test_the_default_moduli_hold_the_published_specimens():
     assert {0.089, 0.51, 0.72} <= set(DEFAULT_MODULI) and (min(DEFAULT_MODULI), max(DEFAULT_MODULI)) == (0.02, 5.0)
     assert (min(DEFAULT_FORCES), max(DEFAULT_FORCES)) == (0.05, 1.0)
+
+
+def test_ranges_follow_the_finger():
+    """Those of the default finger as they are, the same strains of another one to the rounding of the factors."""
+    for name in SHIPPED_FINGERS:
+        ranges = CalibrationRanges.of(Finger.load(name))
+        assert (ranges.forces, ranges.moduli, ranges.shown) == (DEFAULT_FORCES, DEFAULT_MODULI, SHOWN_PRESS)
+        assert ranges.to_json() == {} and CalibrationRanges.recorded({"name": name}) == ranges
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        length, stress = np.exp(rng.uniform(np.log(0.3), np.log(3), 2)).tolist()
+        ranges = CalibrationRanges.of(scaled_finger(Finger.default(), length, stress))
+        assert CalibrationRanges.recorded(ranges.to_json()) == ranges
+        scaled = (ranges.forces, DEFAULT_FORCES, length**2 * stress), (ranges.moduli, DEFAULT_MODULI, stress)
+        for values, default, factor in scaled:
+            relative = np.divide(values, default) / factor
+            assert np.ptp(relative) < 1e-12 and 1 / 1.3 < relative[0] < 1.3
+
+
+def test_a_finger_of_human_size_is_swept_by_a_few_gf():
+    human = CalibrationRanges.of(scaled_finger(Finger.default(), 1 / 3, 1.0))
+    assert human.forces[0] < gf_to_newton(2) < gf_to_newton(5) < human.forces[-1] < gf_to_newton(20)
+    (low, high), _ = human.checked
+    assert low < gf_to_newton(5) < high

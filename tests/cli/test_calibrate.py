@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from spring_calibration import calibration
 
-from papilla.calibration import Calibration
+from papilla.calibration import DEFAULT_FORCES, DEFAULT_MODULI, Calibration
 from papilla.calibration.fitting import job
 from papilla.calibration.fitting.fit import with_compact
 from papilla.cli.calibrate import SweepOptions
@@ -64,16 +64,16 @@ def test_options_of_a_sweep_are_even_ranges_or_what_is_listed(quick):
         names = ("thickness", "force_range", "moduli")
         return SweepOptions(**({"specimen": "block", "quick": quick} | dict.fromkeys(names) | stated))
 
-    counts = (job.QUICK_FORCES, job.QUICK_MODULI) if quick else (len(job.DEFAULT_FORCES), len(job.DEFAULT_MODULI))
-    ends = {"forces": (job.DEFAULT_FORCES[0], job.DEFAULT_FORCES[-1]), "moduli": (0.1, 1.0)}
-    table = swept(moduli="1,0.1").table()
+    counts = (job.QUICK_FORCES, job.QUICK_MODULI) if quick else (len(DEFAULT_FORCES), len(DEFAULT_MODULI))
+    ends = {"forces": (DEFAULT_FORCES[0], DEFAULT_FORCES[-1]), "moduli": (0.1, 1.0)}
+    design = Finger.default()
+    table = swept(moduli="1,0.1").table(design)
     assert table["quick"] == quick and ("forces" in table) == quick, "what is usual is left to the library"
     for (name, (low, high)), count in zip(ends.items(), counts, strict=True):
         if name in table:
             np.testing.assert_allclose(table[name], low * (high / low) ** (np.arange(count) / (count - 1)))
-    assert swept(moduli="0.3,0.1,0.2").table()["moduli"] == (0.1, 0.2, 0.3)
-    assert swept(force_range=(0.1, 0.4)).table()["forces"][:: counts[0] - 1] == pytest.approx((0.1, 0.4))
-    design = Finger.default()
+    assert swept(moduli="0.3,0.1,0.2").table(design)["moduli"] == (0.1, 0.2, 0.3)
+    assert swept(force_range=(0.1, 0.4)).table(design)["forces"][:: counts[0] - 1] == pytest.approx((0.1, 0.4))
     assert swept().bench_of(design) == design and swept(thickness=8.0).bench_of(design).bench.thickness == 8
     assert swept(specimen="half-space").bench_of(design).bench.thickness == np.inf
 

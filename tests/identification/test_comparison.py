@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from papilla.calibration import fit
+from papilla.calibration.fitting.sweep import SHOWN_PRESS
 from papilla.core.errors import InputError
 from papilla.identification.comparison import (
     COMPARED_NOISE,
@@ -62,12 +63,19 @@ def test_points_lie_evenly_within_the_domain_and_rise(found, both):
 
 
 def test_only_the_shared_domain_is_judged(both, made_up):
-    hard = made_up.modulus_MPa > 0.3
+    hard = made_up.modulus_MPa > 0.6
     columns = ("force_N", "modulus_MPa", "reading", "sd_microstrain", "indentation_mm", "contact_area_mm2")
     part = {name: getattr(made_up, name)[hard] for name in (*columns, "peak_pressure_MPa", "resolved")}
     status = tuple(one for one, kept in zip(made_up.status, hard, strict=True) if kept)
     other = Candidate("hard", fit(replace(made_up, status=status, **part)))
-    assert compare([both[0], other]).modulus_MPa.min() > 0.3
+    judged = compare([both[0], other])
+    assert judged.modulus_MPa.min() > 0.6
+    force, modulus = judged.scene
+    assert (
+        judged.force_N[0] <= force <= judged.force_N[-1] and judged.modulus_MPa[0] <= modulus <= judged.modulus_MPa[-1]
+    )
+    assert all(np.isfinite(row.sd_microstrain) for row in judged.rows), "the press that is compared lies in the domain"
+    assert compare(both).scene == SHOWN_PRESS
 
 
 def test_fewer_than_two_and_the_same_twice_are_refused(both):

@@ -95,7 +95,7 @@ def test_slab_and_all_keys_of_a_gauge(load):
             "left", None, -3, 2, direction_deg=90, length_mm=1, backing_mm=(3, 1.5), membrane_gain=0.5, lever_mm=-0.04
         ),
     )
-    assert finger.patch_radius == 15 and finger.ridges is None
+    assert finger.patch_radius is None and finger.ridges is None
     assert load(SLAB.replace("depth_mm = 12.5\n", "")).shape.depth == 10, "as published"
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from papilla.calibration import INTERVAL_PROBABILITY, Calibration, SoftnessStatus, Uncertainty
-from papilla.calibration.fitting.sweep import cached_press
+from papilla.calibration.fitting.sweep import CalibrationRanges, cached_press
 from papilla.core import cache, checks
 from papilla.core.errors import InputError
 from papilla.core.progress import Progress, counted
@@ -17,13 +17,12 @@ from papilla.fem import ReducedFinger, press
 from papilla.fem.finite.strain_tables import finite_presses
 from papilla.logs import PressLog
 from papilla.mesh import build
-from papilla.mesh.body import narrowest_mm
 from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD, Friction, HalfSpace, friction_coefficient, friction_words
 
-CHECKED_RELATIVE_FORCES, CHECKED_MODULUS_RATIOS = (0.0184, 0.0735), (2.1, 18.0)
-"""F / (E_inner H^2), H being `narrowest_mm`, and E / E_inner of these presses; for the default finger: 0.25 and 1 N,
-0.07 and 0.6 MPa."""
+CHECKED_FORCES_N, CHECKED_MODULI_MPA = (0.25, 1.0), (0.07, 0.6)
+"""Forces and moduli of these presses; on a finger of another size or hardness times the factors of its
+`CalibrationRanges`."""
 UNSEEN_VARIANT = 4
 """Number of the mesh of these presses."""
 
@@ -198,9 +197,8 @@ def press_truth(finger: Finger, size_mm: float, friction: Friction, progress: Pr
         mesh = build(finger, size_mm, variant=UNSEEN_VARIANT, progress=mesh_number(UNSEEN_VARIANT, progress))
         words = "stuck" if friction == STICK_WORD else f"friction {friction:g}"
         steps = counted(progress, f"against physics, {words}: press")
-        inner = finger.inner.modulus
-        forces = [force * inner * narrowest_mm(finger) ** 2 for force in CHECKED_RELATIVE_FORCES]
-        moduli = [ratio * inner for ratio in CHECKED_MODULUS_RATIOS]
+        ranges = CalibrationRanges.of(finger)
+        forces, moduli = ranges.forced(CHECKED_FORCES_N), ranges.hardened(CHECKED_MODULI_MPA)
         presses = list(finite_presses(finger, mesh, forces, moduli, friction, steps))
         laws = [note for press in presses for note in press.status.split("; ") if "law" in note]
         rows = [(friction_coefficient(friction), press.force, press.modulus, press.sd) for press in presses]

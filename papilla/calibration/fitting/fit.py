@@ -21,12 +21,11 @@ from papilla.calibration.fitting.surface_fit import (
     uncertainty,
     usable_part,
 )
-from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, Sweep
+from papilla.calibration.fitting.sweep import COMPACT_FORCE_N, CalibrationRanges, Sweep
 from papilla.calibration.published import fit_quadratic
 from papilla.calibration.readouts import Compact, ln_sd
 from papilla.core.errors import InputError
 from papilla.core.least_squares import least_squares
-from papilla.core.units import gf_to_newton
 from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES, CONTINUED_GAUGE, CONTINUED_SD
 from papilla.fem.pressing.press import specimen_error
 from papilla.model.specimen import friction_coefficient
@@ -34,8 +33,6 @@ from papilla.model.specimen import friction_coefficient
 FRICTION_CELLS = (Resolution(8),) * 2
 """Number of cells over force and modulus for the change by friction, which is smooth."""
 
-COMPACT_FORCE_N = (gf_to_newton(10.0), CHECKED_FORCE_N[1])
-"""Forces that the compact form is fitted to, if a calibration covers more."""
 COMPACT_GRID = 24
 """Number of presses along each axis to which the compact form is fitted."""
 COMPACT_START = (0.5, -0.05, -3.0, 0.2)
@@ -54,6 +51,7 @@ def fit(
     frictionless: Sweep | None = None,
     friction_known: bool | None = None,
     strain: float | None = None,
+    ranges: CalibrationRanges | None = None,
 ) -> Calibration:
     """Fit a calibration to a sweep. `notes` and `repr` state what its intervals do not contain, compared with
     `calibrate_finger`.
@@ -69,6 +67,7 @@ def fit(
     friction_known : whether later presses have the sweep's friction; if not, intervals also contain presses without
         friction. None means: whether the friction was stated.
     strain : relative standard deviation of S_d by large strain; None takes that of the sweep.
+    ranges : of the finger, which decide the presses of the compact form; None takes those of the default finger.
 
     Raises `InputError` if the sweep is too small to fit, or another sweep has other gauges or presses.
     """
@@ -95,7 +94,7 @@ def fit(
     usable, twofold = usable_part(surface, sweep.force_N[missing], sweep.modulus_MPa[missing], *table)
     doubts = ComparedSweeps(sweep, scatter, frictionless, friction_known, strain)
     calibration = Calibration(
-        finger={"name": sweep.finger_name, "sha256": sweep.finger_sha256},
+        finger={"name": sweep.finger_name, "sha256": sweep.finger_sha256} | (ranges or CalibrationRanges()).to_json(),
         mesh={
             "sha256": sweep.mesh_sha256,
             "size_mm": sweep.mesh_size_mm if np.isfinite(sweep.mesh_size_mm) else None,
@@ -213,14 +212,15 @@ def _notes(sweep: Sweep, surface: BicubicSurface, usable: np.ndarray, lacks: lis
 
 
 def fit_compact(calibration: Calibration) -> Compact:
-    """Fit the compact form to a calibration's surface, over the part of 10-100 gf and 0.05-0.72 MPa that the
-    calibration covers.
+    """Fit the compact form to a calibration's surface, over the part of 10-100 gf and 0.05-0.72 MPa, times the
+    factors of the finger's `CalibrationRanges`, that the calibration covers.
 
     Residuals are of ln S_d over the form's own slope in ln E, so that they are errors of the modulus. Raises
     `InputError` if the calibration covers too little of that range, or its S_d does not follow the form.
     """
-    force = _inside(calibration.domain["force_N"], COMPACT_FORCE_N, "forces")
-    modulus = _inside(calibration.domain["modulus_MPa"], CHECKED_MODULUS_MPA, "moduli")
+    ranges = CalibrationRanges.recorded(calibration.finger)
+    force = _inside(calibration.domain["force_N"], ranges.forced(COMPACT_FORCE_N), "forces")
+    modulus = _inside(calibration.domain["modulus_MPa"], ranges.checked[1], "moduli")
     x, y = (axis.ravel() for axis in np.meshgrid(np.log(force), np.log(modulus), indexing="ij"))
     target = np.log(calibration.predict(np.exp(x), np.exp(y)))
     x, y, target = (axis[np.isfinite(target)] for axis in (x, y, target))
@@ -258,7 +258,7 @@ def with_compact(calibration: Calibration) -> Calibration:
         return calibration
 
 
-def _inside(covered: tuple[float, float], wanted: tuple[float, float], what: str) -> np.ndarray:
+def _inside(covered: tuple[float, float], wanted: Sequence[float], what: str) -> np.ndarray:
     low, high = max(covered[0], wanted[0]), min(covered[1], wanted[1])
     if not high > LEAST_SPAN * low:
         raise InputError(f"the calibration covers too little of the {what} that the compact form is for")

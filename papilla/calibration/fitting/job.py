@@ -24,17 +24,9 @@ from papilla.calibration.fitting.checking import (
 )
 from papilla.calibration.fitting.fit import fit, with_compact
 from papilla.calibration.fitting.position_terms import with_positions
-from papilla.calibration.fitting.sweep import (
-    CHECKED_FORCE_N,
-    CHECKED_MODULUS_MPA,
-    DEFAULT_FORCES,
-    DEFAULT_MODULI,
-    NOT_INCLUDED,
-    Sweep,
-    sweep,
-)
+from papilla.calibration.fitting.sweep import NOT_INCLUDED, CalibrationRanges, Sweep, sweep
 from papilla.core import cache
-from papilla.core.errors import InputError
+from papilla.core.errors import ContactRangeError, InputError
 from papilla.core.progress import Progress, silent
 from papilla.core.units import PER_CENT
 from papilla.core.workers import workers
@@ -120,8 +112,8 @@ def calibrate_finger(
     size_mm: float | None = None,
     progress: Progress = silent,
     processes: int = 1,
-    forces: Sequence[float] = DEFAULT_FORCES,
-    moduli: Sequence[float] = DEFAULT_MODULI,
+    forces: Sequence[float] | None = None,
+    moduli: Sequence[float] | None = None,
     quick: bool = False,
     identified: "Callable[[Calibration, Finger, Progress, float | None], Calibration] | None" = None,
 ) -> Calibrated:
@@ -136,7 +128,7 @@ def calibrate_finger(
         `identify` for the uncertainty of an identification.
     progress : told each stage, and the presses of a sweep.
     processes : number of processes, if much is not in the cache (`papilla.core.workers`).
-    forces, moduli : of the sweep, N and MPa; at least three each.
+    forces, moduli : of the sweep, N and MPa; at least three each. None takes those of `CalibrationRanges`.
     quick : one other mesh instead of three for the scatter, no comparison with finite strain and no contacts beside the
         apex; the notes say so.
     identified : of (calibration, finger, progress, size_mm), adds the uncertainty of an identification, without which
@@ -147,10 +139,10 @@ def calibrate_finger(
     if finger.identified is not None and identified is None:
         raise InputError("the finger was identified: papilla.calibrate also adds the uncertainty of that")
     friction = finger.bench.friction if friction is None else friction
-    size = size_mm or default_size_mm(finger)
+    size, ranges = size_mm or default_size_mm(finger), CalibrationRanges.of(finger)
+    forces, moduli = ranges.swept(forces, moduli)
     block, stated = finger.bench.specimen, friction is not None
-    pressed: tuple[Friction, ...] = (STICK_WORD, 0.0) if friction is None else (friction,)
-    against: tuple[Friction, ...] = () if quick else pressed
+    against: tuple[Friction, ...] = () if quick else (STICK_WORD, 0.0) if friction is None else (friction,)
     cold = not all(truth_is_known(finger, size, one) for one in against)
     with workers(processes if cold else 1, progress) as start:
         ends = (False, True) if friction is None else ends_of(friction_coefficient(friction))
@@ -172,7 +164,7 @@ def calibrate_finger(
             progress(f"mesh scatter: {number} of {len(scatter)} meshes")
             others.append(swept())
         progress("fitting")
-        calibration = fit(presses, others, frictionless=free, friction_known=stated, strain=error)
+        calibration = fit(presses, others, frictionless=free, friction_known=stated, strain=error, ranges=ranges)
         calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(stated, doubt)))
         calibration = replace(calibration, finger=calibration.finger | {"ridge_pitch_mm": finger.ridge_pitch_mm})
         calibration = identified(calibration, finger, progress, size_mm) if identified else calibration
@@ -184,7 +176,7 @@ def calibrate_finger(
         unseen, laws = zip(*(of_friction() for of_friction in truth), strict=True) if truth else ((), ())
     calibration, judged, widening = _checked(_lawful(calibration, worst_law(laws)), recovery, unseen)
     calibration = replace(calibration, notes=(*calibration.notes, *([QUICK_NOTE] if quick else [])))
-    depths = published_depths(finger, reduced)
+    depths = _depths(finger, reduced)
     return Calibrated(calibration, presses, recovery, reduced, judged, depths, widening=widening)
 
 
@@ -216,6 +208,14 @@ def _checked(
     return calibration if wider is calibration else with_compact(wider), judged, widening
 
 
+def _depths(finger: Finger, reduced: fem.ReducedFinger) -> Sequence[Depth]:
+    """The comparison with the published depths; none if the finger, much smaller, cannot make those presses."""
+    try:
+        return published_depths(finger, reduced)
+    except ContactRangeError:
+        return ()
+
+
 def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, progress: Progress) -> Sweep:
     """A thin sweep without friction on another mesh."""
     reduced = fem.prepare(finger, size_mm=size_mm, variant=variant, progress=mesh_number(variant, progress))
@@ -240,19 +240,20 @@ def recover(
     calibration: Calibration,
     reduced: fem.ReducedFinger,
     friction: Friction,
-    forces: Sequence[float] = DEFAULT_FORCES,
-    moduli: Sequence[float] = DEFAULT_MODULI,
+    forces: Sequence[float],
+    moduli: Sequence[float],
 ) -> Truth:
     """Press specimens of the finger's bench between the points of a sweep, and recover their moduli from the
     calibration's surface. Presses outside the range of the model are left out."""
-    between = _between(moduli, CHECKED_MODULUS_MPA), _between(forces, CHECKED_FORCE_N)
+    loads, hardness = CalibrationRanges.recorded(calibration.finger).checked
+    between = _between(moduli, hardness), _between(forces, loads)
     pressed = cached_sweep(reduced, *between, reduced.bench.specimen, friction)
     columns = (pressed.force_N, pressed.modulus_MPa, pressed.sd_microstrain)
     rows = np.column_stack([np.full(len(pressed), friction_coefficient(friction)), *columns])
     return Truth.of(calibration, rows[pressed.valid])
 
 
-def _between(grid: Sequence[float], limits: tuple[float, float]) -> list[float]:
+def _between(grid: Sequence[float], limits: Sequence[float]) -> list[float]:
     """Geometric means of neighbouring grid values, thinned out: those inside the limits or, if there are none, all."""
     middles = np.sqrt(np.array(grid[:-1]) * np.array(grid[1:]))
     inside = (middles >= limits[0]) & (middles <= limits[1])

@@ -15,14 +15,7 @@ from papilla import view
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.calibration.fitting.fit import COMPACT_GRID
 from papilla.calibration.fitting.job import Calibrated
-from papilla.calibration.fitting.sweep import (
-    CHECKED_FORCE_N,
-    CHECKED_MODULUS_MPA,
-    DEFAULT_MODULI,
-    SHOWN_PRESS,
-    Sweep,
-    cached_press,
-)
+from papilla.calibration.fitting.sweep import DEFAULT_MODULI, CalibrationRanges, Sweep, cached_press
 from papilla.calibration.published import (
     PUBLISHED_FORWARD,
     PUBLISHED_INVERSE,
@@ -49,8 +42,6 @@ SHOWN_MODULI = tuple(sorted((0.05, 0.2, *SPECIMENS_MPA)))
 """Moduli (MPa) of the curves of S_d, the published ones among them; its slope is stated for two harder ones, too."""
 SLOPE_MODULI = (*SHOWN_MODULI, 2.0, DEFAULT_MODULI[-1])
 MAP_POINTS = 48
-PAGE_FORCE_N, PAGE_MODULUS_MPA = SHOWN_PRESS
-"""The press in the picture of the strain field."""
 CALIBRATION_CURVE_POINTS = 80
 DIAGRAM_ALT_TEXTS = {
     "sd_against_force": "S_d against force, a curve per modulus",
@@ -134,6 +125,7 @@ def write_report(
         **{name: getattr(done, name) for name in ("calibration", "recovery", "reduced", "depths")},
         done=done,
         finger=finger,
+        ranges=CalibrationRanges.recorded(done.calibration.finger),
         seconds=seconds,
         answers=answers,
         friction_known=share_with_known_friction(done.calibration),
@@ -161,8 +153,9 @@ def _of_the_model(job: Calibrated, finger: Finger | None, progress: Progress) ->
     """Content that needs the finger's model: the picture of its strain field, and whether it is the default finger."""
     if job.reduced is None or finger is None:
         return {"strain_picture": None, "default_finger": False}
-    specimen = finger.bench.specimen(PAGE_MODULUS_MPA)
-    scene = {"force": PAGE_FORCE_N, "friction": job.presses.friction}
+    force, modulus = CalibrationRanges.recorded(job.calibration.finger).shown
+    specimen = finger.bench.specimen(modulus)
+    scene = {"force": force, "friction": job.presses.friction}
     press = cached_press(view.shown, job.reduced, specimen, **scene)
     alt = "strain field of a press, with gauges and contact"
     return {
@@ -175,15 +168,16 @@ def _plots(job: Calibrated, answers: AnswerMap, comparison: PublishedAgreement |
     """The page's diagrams, kept in the cache: to draw them takes longer than the rest of a second calibration."""
     calibration, recovery, plots = job.calibration, job.recovery, view.plots
     low, high = calibration.domain["modulus_MPa"]
+    ranges = CalibrationRanges.recorded(calibration.finger)
     modulus = np.geomspace(low, high, CALIBRATION_CURVE_POINTS)
     force = np.geomspace(*calibration.domain["force_N"], CALIBRATION_CURVE_POINTS)
-    moduli = [low, *(value for value in SHOWN_MODULI if low < value < high), high]
+    moduli = [low, *(value for value in ranges.hardened(SHOWN_MODULI) if low < value < high), high]
     forces = np.linspace(*calibration.domain["force_N"], 6)
     published = None
     if comparison is not None:
         scaled = comparison.published / comparison.scale
         published = gf_to_newton(comparison.force_gf), SPECIMENS_MPA, scaled
-    modulus_at = PAGE_MODULUS_MPA if low <= PAGE_MODULUS_MPA <= high else (low * high) ** 0.5
+    modulus_at = ranges.shown[1] if low <= ranges.shown[1] <= high else (low * high) ** 0.5
     names, readings = [gauge.name for gauge in calibration.gauges], calibration.predict_readings(force, modulus_at)
     by_force = calibration.predict(force[:, None], np.array(moduli))
     by_modulus = calibration.predict(forces[:, None], modulus)
@@ -192,7 +186,7 @@ def _plots(job: Calibrated, answers: AnswerMap, comparison: PublishedAgreement |
         "sd_against_force": (force, moduli, by_force, published),
         "sd_against_modulus": (modulus, forces.tolist(), by_modulus),
         "gauge_readings": (force, names, readings, f"{modulus_at:.3g} MPa"),
-        "uncertainty_map": (*sigma_map, (*CHECKED_FORCE_N, *CHECKED_MODULUS_MPA)),
+        "uncertainty_map": (*sigma_map, sum(ranges.checked, ())),
         "recovery_map": (recovery.force_N, recovery.modulus_MPa, recovery.error),
     }
 
@@ -239,9 +233,14 @@ def slopes(calibration: Calibration) -> tuple[float, list[tuple[float, float, fl
     """A force (N), 50 gf or the middle of the domain; and per modulus: d ln S_d / d ln E, mesh scatter, scatter of
     E."""
     low, high = calibration.domain["force_N"]
-    force = SLOPE_FORCE_N if low <= SLOPE_FORCE_N <= high else (low * high) ** 0.5
+    ranges = CalibrationRanges.recorded(calibration.finger)
+    middle = ranges.force_factor * SLOPE_FORCE_N
+    force = middle if low <= middle <= high else (low * high) ** 0.5
     scatter = calibration.surface.uncertainty.scatter_at(force)
-    by_modulus = [(modulus, float(calibration.surface.surface.slopes(force, modulus)[1])) for modulus in SLOPE_MODULI]
+    by_modulus = [
+        (modulus, float(calibration.surface.surface.slopes(force, modulus)[1]))
+        for modulus in ranges.hardened(SLOPE_MODULI)
+    ]
     return force, [
         (modulus, slope, scatter, scatter / slope if slope > 0 else None)
         for modulus, slope in by_modulus

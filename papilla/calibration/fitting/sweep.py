@@ -4,7 +4,7 @@ import itertools
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +17,13 @@ from papilla.core.outside import json_value
 from papilla.core.progress import CountedStep, Progress, silent
 from papilla.core.short_repr import html_table
 from papilla.core.tables import write_table
-from papilla.core.units import gf_to_newton
+from papilla.core.units import gf_to_newton, newton_to_gf
 from papilla.fem import Press, ReducedFinger
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
 from papilla.fem.pressing.large_strain import is_known, known, large_strain_error
 from papilla.fem.reduction.reduced import needs_reduced
+from papilla.mesh.scale import FingerScale, rounded
+from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD, Friction, Specimen, friction_coefficient, physics_words
 
 DEFAULT_MODULI = tuple(sorted((*np.geomspace(0.02, 5.0, 40).tolist(), *SPECIMENS_MPA)))
@@ -31,6 +33,8 @@ DEFAULT_FORCES = tuple(np.geomspace(0.05, 1.0, 60).tolist())
 """Forces in N."""
 CHECKED_FORCE_N, CHECKED_MODULUS_MPA = (gf_to_newton(20.0), gf_to_newton(100.0)), (0.05, SPECIMENS_MPA[-1])
 """Forces and moduli over which a modulus should be recovered well: those of the papers."""
+COMPACT_FORCE_N = (gf_to_newton(10.0), CHECKED_FORCE_N[1])
+"""Forces of the compact form; its moduli are `CHECKED_MODULUS_MPA`."""
 SHOWN_PRESS = (0.588, SPECIMENS_MPA[1])
 """Force (N) and modulus (MPa) of the press that is shown or compared: 60 gf on the middle one of the published
 specimens."""
@@ -41,6 +45,73 @@ NOT_INCLUDED = 0.018
 """Relative standard deviation of S_d if large strain is not included: it changes S_d by up to twice as much."""
 
 ORIGIN_COLUMNS = ("finger_name", "finger_sha256", "mesh_sha256", "mesh_size_mm")
+
+
+@dataclass(frozen=True)
+class CalibrationRanges:
+    """Forces (N) and moduli (MPa) of a calibration unless others are given: those above, times factors that follow from
+    the finger's size and hardness (`FingerScale`)."""
+
+    force_factor: float = 1.0
+    modulus_factor: float = 1.0
+
+    @classmethod
+    def of(cls, finger: Finger) -> "CalibrationRanges":
+        """The ranges of a finger; raises what `surfaces_of` raises."""
+        scale = FingerScale.of(finger)
+        return cls(rounded(scale.force), rounded(scale.modulus))
+
+    @classmethod
+    def recorded(cls, finger: Mapping[str, Any]) -> "CalibrationRanges":
+        """The ranges that a calibration's record of its finger states; those of the default finger if it states
+        none."""
+        names = [entry.name for entry in fields(cls) if entry.name in finger]
+        return cls(**{name: checks.positive(name, finger[name]) for name in names})
+
+    def to_json(self) -> dict[str, float]:
+        """What `recorded` reads: nothing for the default finger."""
+        return {} if self == CalibrationRanges() else asdict(self)
+
+    @property
+    def forces(self) -> tuple[float, ...]:
+        """Forces of a sweep."""
+        return self.forced(DEFAULT_FORCES)
+
+    @property
+    def moduli(self) -> tuple[float, ...]:
+        """Moduli of a sweep."""
+        return self.hardened(DEFAULT_MODULI)
+
+    def swept(
+        self, forces: Sequence[float] | None, moduli: Sequence[float] | None
+    ) -> tuple[Sequence[float], Sequence[float]]:
+        """Forces and moduli of a sweep: those that are given, else the usual ones."""
+        return self.forces if forces is None else forces, self.moduli if moduli is None else moduli
+
+    @property
+    def checked(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Ends of the forces and moduli over which a modulus should be recovered well."""
+        return self.forced(CHECKED_FORCE_N), self.hardened(CHECKED_MODULUS_MPA)
+
+    @property
+    def checked_in_words(self) -> str:
+        """`checked`, such as "20-100 gf and 0.05-0.72 MPa"."""
+        forces, moduli = self.checked
+        low, high = (f"{newton_to_gf(force):.3g}" for force in forces)
+        return f"{low}-{high} gf and {moduli[0]:.3g}-{moduli[1]:.3g} MPa"
+
+    @property
+    def shown(self) -> tuple[float, float]:
+        """Force and modulus of the press that is shown."""
+        return self.force_factor * SHOWN_PRESS[0], self.modulus_factor * SHOWN_PRESS[1]
+
+    def forced(self, forces: Sequence[float]) -> tuple[float, ...]:
+        """Forces of the default finger as those of this one."""
+        return tuple(self.force_factor * force for force in forces)
+
+    def hardened(self, moduli: Sequence[float]) -> tuple[float, ...]:
+        """Moduli of specimens of the default finger as those of this one."""
+        return tuple(self.modulus_factor * modulus for modulus in moduli)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

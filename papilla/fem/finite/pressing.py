@@ -23,7 +23,7 @@ from papilla.fem.pressing.press import Press, check_scene, refuse_detail, refuse
 from papilla.fem.reduction.gauges import GAUGE_QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
 from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame
-from papilla.mesh.body import surfaces_of
+from papilla.mesh.body import patch_radius_mm, surfaces_of
 from papilla.mesh.layered import BONE_LAYER, LAYER_NUMBERS, LayeredMesh
 from papilla.mesh.surfaces import Surface
 from papilla.model.finger import Finger
@@ -143,7 +143,7 @@ class PressProblem:
         frame = Frame.at(surfaces["skin"], x, y)
         mesh = replace(mesh, mirrors=tuple(axis for axis in mesh.mirrors if frame.origin["xyz".index(axis)] == 0))
         space = TaylorHood(mesh.cell())
-        loaded = build_patch(space, mesh, surfaces["skin"], frame, finger.patch_radius, bool(mesh.mirrors))
+        loaded = build_patch(space, mesh, surfaces["skin"], frame, patch_radius_mm(finger), bool(mesh.mirrors))
         refuse_finite(len(space.mesh.tets), space.unknowns, len(loaded.patch.xy), mesh.size_mm)
         body = Body(space, cards, space.free(SYMMETRIC_PARITY, mesh.mirrors))
         readout = Readout.of(finger, surfaces["interface"], space, mesh.mirrors)

@@ -39,8 +39,12 @@ NEARLY_HERTZIAN = 0.1
 """Largest measured error of `hertz` at the lightest resolved press for which `auto` also uses it for lighter
 presses."""
 
-PROBE_FORCES = np.geomspace(0.02, 1.0, 6)
-"""Forces (N) at which hertz is measured against contact."""
+RELATIVE_PROBE_FORCES = np.geomspace(0.02, 1.0, 6) / (0.034 * 14.0**2)
+"""Forces at which hertz is measured against contact, over E_inner times the square of the depth of the soft layers; for
+the default finger, 0.034 MPa and 14 mm: 0.02 to 1 N."""
+
+SOFT_LAYERS = 2
+"""Layers below the touch-down point without the bone."""
 
 NOT_STUCK = "; without friction, which is included with large strain alone: no table of that has such a press"
 """Appended to the status of a press that sticks by default but has no table of large strain."""
@@ -248,9 +252,10 @@ def hertz_error(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Worst
             return None
         force = float(np.interp(indentation, table.indentation, table.force))
     assert force is not None
-    if not PROBE_FORCES[0] <= force <= PROBE_FORCES[-1]:
+    forces = _probe_forces(reduced)
+    if not forces[0] <= force <= forces[-1]:
         return None
-    right = int(np.clip(np.searchsorted(PROBE_FORCES, force), 1, len(PROBE_FORCES) - 1))
+    right = int(np.clip(np.searchsorted(forces, force), 1, len(forces) - 1))
     around = probe_hertz(reduced, specimen)[right - 1 : right + 1].max(axis=0)
     if not np.isfinite(around).all():
         return None
@@ -266,12 +271,18 @@ def lightest_error(reduced: ReducedFinger, specimen: Specimen) -> Worst | None:
     return Worst.of(dict(zip(PRICED_QUANTITIES, resolved[0], strict=True))) if len(resolved) else None
 
 
+def _probe_forces(reduced: ReducedFinger) -> np.ndarray:
+    """`RELATIVE_PROBE_FORCES` of a finger in N."""
+    thickness, modulus = reduced.layers[:SOFT_LAYERS].T
+    return RELATIVE_PROBE_FORCES * modulus[-1] * thickness.sum() ** 2
+
+
 @kept(256)
 def probe_hertz(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
-    """Relative errors (probes, quantities) of hertz against contact at `PROBE_FORCES`; infinite if contact does not
+    """Relative errors (probes, quantities) of hertz against contact at the probe forces; infinite if contact does not
     resolve the press."""
-    errors = np.full((len(PROBE_FORCES), len(PRICED_QUANTITIES)), np.inf)
-    for k, force in enumerate(PROBE_FORCES):
+    errors = np.full((len(RELATIVE_PROBE_FORCES), len(PRICED_QUANTITIES)), np.inf)
+    for k, force in enumerate(_probe_forces(reduced)):
         try:
             truth = contact_press(reduced, specimen, (float(force), None))
             scene = hertz_press(reduced, specimen, (float(force), None), "")

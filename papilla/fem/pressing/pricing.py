@@ -14,19 +14,19 @@ from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, Press, ReducedFinger, prepare, press, press_finite
 from papilla.fem.pressing.prices import PRICED_QUANTITIES, Cost, Loss, Prices, keep
 from papilla.mesh import build, default_size_mm
+from papilla.mesh.scale import FingerScale
 from papilla.model.finger import Finger
 from papilla.model.specimen import THICKNESS_MM, Block
 
 PRICED_FORCES_N = tuple(float(gf_to_newton(force)) for force in (5, 20, 50, 100))
-"""Forces (N) at which the error of small strain is reported."""
+"""Forces (N) at which the error of small strain of the default finger is reported."""
 
 PRICED_SPECIMEN = Block(0.51, THICKNESS_MM)  # The middle one of the published specimens, as thick as the default
 TIMED_PRESSES = 40  # Presses that the seconds of a scene are the median of
 
 
 def measure_prices(finger: Finger, *, size_mm: float | None = None, progress: Progress = silent) -> Prices:
-    """Errors of each fidelity at the apex of a finger, at `PRICED_FORCES_N` on `PRICED_SPECIMEN`, with elements of
-    `size_mm`.
+    """Errors of each fidelity at the apex of a finger, in its `priced_presses`, with elements of `size_mm`.
 
     Hertz is measured against contact, contact against itself on a mesh of half the size, and contact against
     finite. Takes a minute and more: a mesh of half the size, and four presses at finite strain. `progress` is called
@@ -41,26 +41,29 @@ def measure_prices(finger: Finger, *, size_mm: float | None = None, progress: Pr
     setup = perf_counter() - began
     progress("pricing: the mesh of half the size")
     finest = prepare(finger, size_mm=size_mm / 2, progress=progress)
-    contact, finer = _presses(reduced, "contact"), _presses(finest, "contact")
+    forces, specimen = priced_presses(finger)
+    contact, finer = (
+        [press(body, specimen, force=force, fidelity="contact") for force in forces] for body in (reduced, finest)
+    )
     hertz: list[Press] = []
     with suppress(ContactRangeError):  # The mesh is too coarse, or the skin too hard, for one of them
-        hertz = _presses(reduced, "hertz")
+        hertz = [press(reduced, specimen, force=force, fidelity="hertz") for force in forces]
     finite = []
-    for number, force in enumerate(PRICED_FORCES_N, 1):
-        progress(f"pricing: finite strain, press {number} of {len(PRICED_FORCES_N)}")
-        finite.append(press_finite(finger, mesh, PRICED_SPECIMEN, force=force))
+    for number, force in enumerate(forces, 1):
+        progress(f"pricing: finite strain, press {number} of {len(forces)}")
+        finite.append(press_finite(finger, mesh, specimen, force=force))
     return Prices(
         finger_name=finger.name,
         finger_sha256=finger.sha256,
         mesh_sha256=mesh.sha256,
         mesh_size_mm=mesh.size_mm,
         finest_size_mm=finest.mesh_size_mm,
-        specimen=f"a {PRICED_SPECIMEN.thickness:g} mm block of {PRICED_SPECIMEN.modulus:g} MPa",
+        specimen=f"a {specimen.thickness:.3g} mm block of {specimen.modulus:.3g} MPa",
         hertz=loss(hertz, contact) if hertz else None,
         mesh=loss(contact, finer),
         small_strain=loss(contact, finite),
         costs={
-            **{name: _cost(reduced, setup, name) for name in ("hertz", "contact")[not hertz :]},
+            **{name: _cost(reduced, setup, name, forces, specimen) for name in ("hertz", "contact")[not hertz :]},
             "finite": Cost(0.0, float(np.mean([timed.seconds for timed in finite]))),
         },
     )
@@ -82,12 +85,15 @@ def loss(cheaper: list[Press], better: list[Press]) -> Loss:
     return Loss(tuple(press.force for press in better), **errors)
 
 
-def _presses(reduced: ReducedFinger, fidelity: str) -> list[Press]:
-    return [press(reduced, PRICED_SPECIMEN, force=force, fidelity=fidelity) for force in PRICED_FORCES_N]
+def priced_presses(finger: Finger) -> tuple[tuple[float, ...], Block]:
+    """Forces (N) and specimen that strain a finger as `PRICED_FORCES_N` on `PRICED_SPECIMEN` do the default one."""
+    scale = FingerScale.of(finger)
+    specimen = Block(scale.modulus * PRICED_SPECIMEN.modulus, scale.length * PRICED_SPECIMEN.thickness)
+    return tuple(scale.force * force for force in PRICED_FORCES_N), specimen
 
 
-def _cost(reduced: ReducedFinger, setup: float, fidelity: str) -> Cost:
+def _cost(reduced: ReducedFinger, setup: float, fidelity: str, forces: tuple[float, ...], specimen: Block) -> Cost:
     """The cost of a linear fidelity; setup : seconds before the first press."""
-    forces = np.geomspace(PRICED_FORCES_N[0], PRICED_FORCES_N[-1], TIMED_PRESSES)
-    presses = [press(reduced, PRICED_SPECIMEN, force=force, fidelity=fidelity) for force in forces]
+    rising = np.geomspace(forces[0], forces[-1], TIMED_PRESSES)
+    presses = [press(reduced, specimen, force=force, fidelity=fidelity) for force in rising]
     return Cost(setup, float(np.median([timed.seconds for timed in presses])))

@@ -27,10 +27,12 @@ from papilla.fem.reduction.family import MODULUS_RATIO_ENDS as RATIO_LIMITS
 from papilla.fem.reduction.family import FingerFamily
 from papilla.fem.reduction.gauges import GAUGE_QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.mesh.scale import FingerScale
 from papilla.model.specimen import STICK_WORD, Friction, Specimen, friction_coefficient
 
 RESPONSE_FORCES_MM2 = np.geomspace(0.15, 130.0, 20)
-"""F / E_inner in mm2; for an inner layer of 0.034 MPa: 5 mN to 4.4 N."""
+"""F / E_inner in mm2 on a finger of the default's size, in proportion to its square on others; for the default finger:
+5 mN to 4.4 N."""
 
 SPECIMEN_MODULUS_RATIOS = np.geomspace(0.15, 600.0, 16)
 """E / E_inner of the specimens; for the same finger: 0.005 to 20 MPa."""
@@ -42,7 +44,8 @@ UNRESOLVED_WEIGHT = 0.1
 """Weight of a press that is too light for the mesh, relative to a resolved one."""
 
 USUAL_RANGES = (1.0, 60.0), (1.0, 60.0)
-"""Forces and moduli for which the error is measured; for the same finger: 0.03 to 2 N on 0.03 to 2 MPa."""
+"""F / E_inner (mm2, in the same proportion) and E / E_inner for which the error is measured; for the default finger:
+0.03 to 2 N on 0.03 to 2 MPa."""
 
 HERTZ_DEPTH_POWER = 2 / 3
 """Power of the force with which the indentation of a Hertzian contact grows."""
@@ -142,6 +145,7 @@ class Response:
     deepest : (3, k) rows of E / E_inner, ratio, and the largest x at which the contact stays on its patch.
     strained : largest x for which large strain was measured; infinite if it is not included.
     friction : Coulomb's coefficient, infinite for stick. large_strain : whether it is included.
+    area : square of the finger's length over that of the default finger.
     error : (1 + q g,) root mean square error of presses predicted by a fit of the others: indentation, relative, then
     the gauges' values over the root mean square of the quantity over the gauges.
     """
@@ -154,6 +158,7 @@ class Response:
     error: np.ndarray
     gauge_count: int
     specimen: str
+    area: float = 1.0
 
     def __repr__(self) -> str:
         return f"Response({self.specimen}, {self.gauge_count} gauges, within {PER_CENT * self.error.max():.2g} %)"
@@ -164,7 +169,7 @@ class Response:
         Outside the range of the fitted presses the function continues linearly: see `inside`.
         """
         x = np.asarray(force_N, float) / inner
-        places = (x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner))
+        places = (x / self.area, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner))
         table, *by = RESPONSE_POLYNOMIAL.terms(places) @ self.coefficients
         slopes = np.array(by)
         scale = np.concatenate(
@@ -188,7 +193,8 @@ class Response:
         x, e = np.asarray(force_N, float) / inner, np.asarray(modulus_MPa, float) / inner
         near = np.abs(np.log(self.deepest[1] / (outer / inner)))
         limits = self.deepest[:, near == near.min()]
-        within = (x >= RESPONSE_FORCES_MM2[0]) & (e >= SPECIMEN_MODULUS_RATIOS[0]) & (e <= SPECIMEN_MODULUS_RATIOS[-1])
+        within = (x >= self.area * RESPONSE_FORCES_MM2[0]) & (e >= SPECIMEN_MODULUS_RATIOS[0])
+        within &= e <= SPECIMEN_MODULUS_RATIOS[-1]
         return within & (x <= np.interp(np.log(e), np.log(limits[0]), limits[2]))
 
 
@@ -200,7 +206,7 @@ def response(
     friction : as in `papilla.fem.press`; None means stick if large strain is known with it, else 0. Raises `InputError`
     if too few presses stay on the contact's patch.
     """
-    inner = family.finger.inner.modulus
+    inner, area = family.finger.inner.modulus, FingerScale.of(family.finger).area
     members = [family.at(float(ratio) * inner, inner) for ratio in family.ratios]
     flat = specimen.curvature == (0.0, 0.0)
     if friction is None:
@@ -212,11 +218,11 @@ def response(
         rows = []
         for number, (ratio, member) in enumerate(zip(family.ratios, members, strict=True), start=1):
             progress(f"presses of the family: modulus ratio {ratio:.3g} ({number} of {len(members)})")
-            rows += _presses(member, float(ratio), inner, specimen, friction, large)
+            rows += _presses(member, float(ratio), inner, area, specimen, friction, large)
         if len(rows) < 2 * len(RESPONSE_POLYNOMIAL.powers):
             asked = len(RESPONSE_FORCES_MM2) * len(SPECIMEN_MODULUS_RATIOS) * len(members)
             raise InputError(f"only {len(rows)} of {asked} presses of the family can be made")
-        return _fitted(*(np.array(column) for column in zip(*rows, strict=True)))
+        return _fitted(*(np.array(column) for column in zip(*rows, strict=True)), area=area)
 
     tables = [
         (table.to_json(), weight)
@@ -224,7 +230,7 @@ def response(
         for end in ends_of(rubbing)
         for table, weight in tables_of(reduced, end)
     ]
-    parts = (family.compliance, family.rows, family.reduced.to_arrays(), inner)
+    parts = (family.compliance, family.rows, family.reduced.to_arrays(), inner, area)
     design = (RESPONSE_FORCES_MM2, SPECIMEN_MODULUS_RATIOS, list(POLYNOMIAL_DEGREES), TOTAL_DEGREE_SHARE)
     key = cache.key(
         __name__, *parts, repr(replace(specimen, modulus=1.0)), str(friction), large, json.dumps(tables), *design
@@ -240,6 +246,7 @@ def response(
         arrays["error"],
         len(family.reduced.gauge_names),
         specimen.words,
+        area,
     )
 
 
@@ -256,12 +263,12 @@ def scaled_presses(
 
 
 def _presses(
-    member: ReducedFinger, ratio: float, inner: float, specimen: Specimen, friction: Friction, large: bool
+    member: ReducedFinger, ratio: float, inner: float, area: float, specimen: Specimen, friction: Friction, large: bool
 ) -> list[tuple]:
     """Presses: (F / E_inner, E / E_inner, ratio), whether the mesh resolves it, whether large strain is known, and
     (indentation, values of the gauges)."""
     rows: list[tuple] = []
-    grid = RESPONSE_FORCES_MM2, SPECIMEN_MODULUS_RATIOS
+    grid = area * RESPONSE_FORCES_MM2, SPECIMEN_MODULUS_RATIOS
     for force, modulus, touched, outcome in scaled_presses(member, inner, specimen, friction, *grid):
         if large:
             try:
@@ -275,7 +282,7 @@ def _presses(
 
 
 def _fitted(
-    places: np.ndarray, resolved: np.ndarray, strain_known: np.ndarray, felt: np.ndarray
+    places: np.ndarray, resolved: np.ndarray, strain_known: np.ndarray, felt: np.ndarray, *, area: float
 ) -> dict[str, np.ndarray]:
     """Fit the polynomials to columns of `_presses`: the arrays of a `Response`.
 
@@ -284,7 +291,8 @@ def _fitted(
     # Hertz's powers of the force are taken out first: what remains varies slowly, so a few terms describe it.
     x = places[:, 0]
     values = felt / np.column_stack([x**HERTZ_DEPTH_POWER, np.repeat(x[:, None], felt.shape[1] - 1, axis=1)])
-    terms, weight = RESPONSE_POLYNOMIAL.terms(tuple(places.T))[0], np.where(resolved, 1.0, UNRESOLVED_WEIGHT)[:, None]
+    relative = places / [area, 1.0, 1.0]
+    terms, weight = RESPONSE_POLYNOMIAL.terms(tuple(relative.T))[0], np.where(resolved, 1.0, UNRESOLVED_WEIGHT)[:, None]
 
     def solve(chosen: np.ndarray) -> np.ndarray:
         return np.linalg.lstsq((weight * terms)[chosen], (weight * values)[chosen])[0]
@@ -298,7 +306,7 @@ def _fitted(
     sizes = [values[:, :1]]
     for readings in np.split(values[:, 1:], len(GAUGE_QUANTITIES), axis=1):
         sizes.append(np.sqrt((readings**2).mean(axis=1, keepdims=True)).repeat(count, axis=1))
-    usual = [(column >= low) & (column <= high) for column, (low, high) in zip(places.T, USUAL_RANGES, strict=False)]
+    usual = [(column >= low) & (column <= high) for column, (low, high) in zip(relative.T, USUAL_RANGES, strict=False)]
     judged = resolved & usual[0] & usual[1]
     judged = judged if judged.any() else np.ones(len(places), bool)
     error = np.sqrt(np.mean((missed / np.concatenate(sizes, axis=1))[judged] ** 2, axis=0))

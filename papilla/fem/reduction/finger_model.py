@@ -24,7 +24,7 @@ from papilla.fem.reduction.gauges import GAUGE_QUANTITIES, PointFunctional, gaug
 from papilla.fem.reduction.loaded_patch import LoadedPatch, build_patch, image_signs
 from papilla.fem.reduction.patch import Frame
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.mesh.body import facet_deviation, surfaces_of
+from papilla.mesh.body import facet_deviation, patch_radius_mm, surfaces_of
 from papilla.mesh.layered import BONE_LAYER, INNER_LAYER, OUTER_LAYER, LayeredMesh
 from papilla.model.finger import Finger, Layer
 
@@ -101,7 +101,7 @@ class FingerModel:
             layers=self._layers_below(loaded.frame),
             strain_key=self.finger.strain_sha256,
             bench=self.finger.bench,
-            facets=facet_deviation(self.surfaces["skin"], loaded.frame.origin, self.finger.patch_radius / 4),
+            facets=facet_deviation(self.surfaces["skin"], loaded.frame.origin, patch_radius_mm(self.finger) / 4),
             element=self.space.name,
             tangential_source=tangential,
         )
@@ -221,7 +221,9 @@ class FingerModel:
         frame = Frame.at(self.surfaces["skin"], x, y)
         mirrors = self.mesh.mirrors
         symmetric = bool(mirrors) and all(frame.origin["xyz".index(axis)] == 0 for axis in mirrors)
-        loaded = build_patch(self.space, self.mesh, self.surfaces["skin"], frame, self.finger.patch_radius, symmetric)
+        loaded = build_patch(
+            self.space, self.mesh, self.surfaces["skin"], frame, patch_radius_mm(self.finger), symmetric
+        )
         # Any field can be split into as many parities as there are images of the cell.
         return loaded, [SYMMETRIC_PARITY] if symmetric else image_signs(mirrors)
 

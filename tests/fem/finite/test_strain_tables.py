@@ -4,12 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scaled_finger import scaled_finger, without_lengths
 
 from papilla import Finger, fem
 from papilla.core.errors import InputError
+from papilla.design.geometry import borrow
 from papilla.fem.finite.strain_tables import ensure_large_strain, measure_large_strain
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.large_strain import keep, known
+from papilla.mesh import default_size_mm
 from papilla.mesh.body import narrowest_mm
 from papilla.model.finger import Dome
 from papilla.model.specimen import Block
@@ -54,3 +57,21 @@ def test_a_table_has_the_presses_that_are_made_one_by_one(dome):
             assert rows[k] == pytest.approx(expected, rel=1e-4, abs=1e-4 * np.abs(one.values).max())
     with pytest.raises(InputError, match="only 2 of 2 presses at finite strain can be made"):
         measure_large_strain(finger, mesh, forces=(0.0025, 0.0075), moduli=(4.0,))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("length, stress", [(0.3, 10.0), (3.0, 0.1)])
+def test_a_finger_of_any_size_includes_large_strain_over_the_same_range(length, stress, monkeypatch, tmp_path):
+    """And says the same of presses within its tables, beyond them, and where it falls back to another press."""
+    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
+    answers = []
+    for of_length, of_stress in ((1.0, 1.0), (length, stress)):
+        finger = scaled_finger(Finger.default(), of_length, of_stress)
+        borrow(finger, Finger.default())
+        reduced = fem.prepare(finger, size_mm=4 * default_size_mm(finger))
+        for force in (0.3, 1.1, 1.9):
+            pressed = fem.press(reduced, finger.bench.specimen(0.3 * of_stress), force=force * of_length**2 * of_stress)
+            answers.append((without_lengths(pressed.status), pressed.large_strain, pressed.friction, pressed.sd))
+    plain, scaled = answers[:3], answers[3:]
+    assert [answer[:3] for answer in scaled] == [answer[:3] for answer in plain] and plain[0][1]
+    assert [answer[3] for answer in scaled] == pytest.approx([answer[3] for answer in plain], rel=1e-6)

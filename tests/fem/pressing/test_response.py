@@ -1,12 +1,17 @@
 """The smooth response of a family against presses of its members, and its derivatives against differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scaled_finger import scaled_finger
 
 from papilla.fem import press
+from papilla.fem.pressing.off_apex import off_apex_change
 from papilla.fem.pressing.response import Response, response
 from papilla.fem.reduction.family import family
-from papilla.model.finger import Finger
+from papilla.mesh import default_size_mm
+from papilla.model.finger import Dome, Finger
 from papilla.model.specimen import Block
 
 SIZE_MM = 2.8
@@ -74,3 +79,26 @@ def test_a_press_is_inside_up_to_the_deepest_one_at_the_nearest_ratio():
     x = np.array([0.99, 1.01])
     for ratio, top in ((1.9, 6.0), (2.7, 6.0), (3.0, 12.0), (5.0, 12.0)):
         assert made.inside(0.03 * top * x, np.full(2, 0.3), ratio * 0.03, 0.03).tolist() == [True, False]
+
+
+@pytest.mark.slow
+def test_it_knows_no_unit_of_length_or_stress():
+    """Responses, and changes beside the apex, of fingers with all lengths and moduli times a factor."""
+    own = replace(Finger.default(), shape=Dome((20.0, 26.0, 19.0), (17.5, 23.5, 16.5), (9.0, 13.0, 6.0)))
+    length, stress = 0.4, 10.0
+    felt, moved = [], []
+    for of_length, of_stress in ((1.0, 1.0), (length, stress)):
+        finger = scaled_finger(own, of_length, of_stress)
+        relatives = family(finger, size_mm=4 * default_size_mm(finger))
+        block, force = Block(1.0, 10.0 * of_length), of_length**2 * of_stress * FORCE
+        smooth = response(relatives, block, friction=0.0)
+        layers = 0.136 * of_stress, 0.034 * of_stress
+        told = smooth.felt(force, of_stress * MODULUS, *layers)
+        assert smooth.inside(force, of_stress * MODULUS, *layers).all()
+        felt.append(np.column_stack([told.indentation / of_length, told.values[:, 0], of_length * told.values[:, 1]]))
+        place, shift = np.tile([2.0 * of_length, 1.0 * of_length], (5, 1)), np.full((2, 5), of_length)
+        change = off_apex_change(relatives, block, 0.0)
+        values = change.changed(force, of_stress * MODULUS, *layers, place, shift).values
+        moved.append(np.column_stack([values[:, 0], of_length * values[:, 1]]))
+    assert felt[1] == pytest.approx(felt[0], rel=1e-6, abs=1e-7 * np.abs(felt[0]).max())
+    assert moved[1] == pytest.approx(moved[0], rel=1e-6, abs=1e-7 * np.abs(moved[0]).max())
