@@ -1,6 +1,6 @@
 """Presses of fingers that papilla was not made on, by default physics, against a code that shares nothing with it.
 
-`python benchmarks/own_fingers.py [--draws N --seed S] [--geometry A B C] [--frictions MU ...] [--intervals] [--out FILE]`
+`python benchmarks/own_fingers.py [--draws N --seed S] [--geometry A B C] [--frictions MU ...] [--intervals] [--out F]`
 
 The truth is `papilla.references.axisymmetric`: finger and neo-Hookean block at finite strain, the pressure along their
 deformed surfaces. Pressed are three domes of revolution, or with `--draws` as many drawn ones: 0.3 to 2 times as high
