@@ -19,7 +19,7 @@ from papilla.core.errors import InputError
 from papilla.core.progress import silent
 from papilla.core.units import gf_to_newton
 from papilla.fem.pressing.off_apex import MoveLimits
-from papilla.fem.pressing.response import RATIO_LIMITS
+from papilla.fem.pressing.response import RATIO_LIMITS, load_scale
 from papilla.identification import posing
 from papilla.identification.fit import Identification
 from papilla.identification.noise import PressNoise
@@ -37,7 +37,7 @@ Presses = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Forces (n,) in N, moduli (n,) in MPa and places (n, 2) in mm of presses."""
 
 SUGGESTED_FORCES_N = tuple(gf_to_newton(gf) for gf in (5, 7, 10, 14, 20, 28, 40, 55, 75, 100))
-"""Forces among which presses are suggested, unless others are given."""
+"""Forces on the default finger among which presses are suggested, unless others are given."""
 
 DOMAIN_GRID_POINTS = 6
 """Number of points along each axis of the domain over which E should be determined well."""
@@ -96,7 +96,7 @@ def suggest_presses(
     count: int,
     moduli: Sequence[float],
     *,
-    forces: Sequence[float] = SUGGESTED_FORCES_N,
+    forces: Sequence[float] | None = None,
     places: Sequence[tuple[float, float]] = (APEX_PLACE,),
     specimen: Specimen | None = None,
     criterion: Criterion = "I",
@@ -105,6 +105,7 @@ def suggest_presses(
     size_mm: float | None = None,
 ) -> Suggestion:
     """The next `count` presses on specimens of some `moduli` (MPa) by some `forces` (N) at some `places` (x, y in mm).
+    Forces that are not given strain the finger as `SUGGESTED_FORCES_N` do the default one.
 
     known : an identification, whose presses are taken into account; or a design, for a protocol that begins without
     presses and holds for any finger of its geometry. specimen : the shape of the specimens of a design's protocol, a
@@ -117,6 +118,9 @@ def suggest_presses(
         raise InputError(f"the number of presses to suggest must be at least 1, got {count!r}")
     if criterion not in ("I", "D"):
         raise InputError(f"criterion must be I or D, got {criterion!r}")
+    if forces is None:
+        load = _like_default(known if isinstance(known, Finger) else known.problem.finger)[0]
+        forces = [load * force for force in SUGGESTED_FORCES_N]
     grid = [
         np.array(sorted({checks.positive(f"{name} to press", value) for value in values}))
         for name, values in (("force (N)", forces), ("modulus (MPa)", moduli))
@@ -149,6 +153,12 @@ def suggest_presses(
     spots_chosen = tuple((x, y) for x, y in place[chosen].tolist())
     best = tuple(force[chosen].tolist()), tuple(modulus[chosen].tolist()), spots_chosen
     return Suggestion(*best, spread[0], spread[1], criterion)
+
+
+def _like_default(design: Finger) -> tuple[float, float]:
+    """Force and modulus of a specimen on a design, over those that strain the default finger alike."""
+    modulus = design.inner.modulus / Finger.default().inner.modulus
+    return modulus * load_scale(design), modulus
 
 
 def _able(problem: Problem, candidates: Presses, size_mm: float | None) -> Problem:
@@ -193,21 +203,42 @@ def _finger(problem: Problem, vector: np.ndarray, candidates: Presses, earlier: 
     priors = len(problem.free) + 1
     by_candidate = jacobian[:-priors].reshape(len(candidates[0]), -1, len(problem.free))
     prior = jacobian[-priors:]
-    grid = np.meshgrid(
-        np.geomspace(*CHECKED_FORCE_N, DOMAIN_GRID_POINTS), np.geomspace(*CHECKED_MODULUS_MPA, DOMAIN_GRID_POINTS)
-    )
-    modelled = problem.of(grid[0].ravel(), grid[1].ravel()).modelled(vector)
-    g = len(problem.gauges)
-    sd, shares = sd_and_shares(modelled.values[:, :g] - problem.each("zero_microstrain", problem.values(vector)))
+    of_sd, slope = sd_slopes(problem, vector)
     # S_d (f, E; p) is given and E follows from it, so an error of a parameter p acts on the modulus by
-    # d ln E / dp = -(d ln S_d / dp) / (d ln S_d / d ln E); d ln S_d / d reading = shares / S_d. The sign has no effect.
-    by = shares / sd[:, None]
-    slope = (by * modelled.by_ln_modulus[:, :g]).sum(axis=1)
-    of_sd = np.einsum("mg,mgf->mf", by, modelled.by_free[:, :g])
+    # d ln E / dp = -(d ln S_d / dp) / (d ln S_d / d ln E). The sign has no effect.
     # Each candidate adds the outer products of its rows: information is additive over presses.
     information = np.einsum("ncf,nch->nfh", by_candidate, by_candidate)
     by_modulus = of_sd / np.maximum(np.abs(slope), LEAST_CRITERION_SLOPE)[:, None]
     return _Finger(prior.T @ prior if earlier is None else earlier, information, by_modulus)
+
+
+def sd_slopes(problem: Problem, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of ln S_d by the parameters (m, f) and by ln modulus of the specimen (m,), at m presses over the
+    domain in which E should be determined well, for a vector (f,)."""
+    ends = zip(_like_default(problem.finger), (CHECKED_FORCE_N, CHECKED_MODULUS_MPA), strict=True)
+    grid = np.meshgrid(*(scale * np.geomspace(*end, DOMAIN_GRID_POINTS) for scale, end in ends))
+    alone = replace(problem, log=replace(problem.log, indentation_mm=None))
+    modelled = alone.of(grid[0].ravel(), grid[1].ravel()).modelled(vector)
+    sd, shares = sd_and_shares(modelled.values - problem.each("zero_microstrain", problem.values(vector)))
+    # d ln S_d / d reading = shares / S_d
+    by = shares / sd[:, None]
+    return np.einsum("mg,mgf->mf", by, modelled.by_free), (by * modelled.by_ln_modulus).sum(axis=1)
+
+
+def narrowing_press(known: Identification, name: str) -> tuple[float, float, float]:
+    """Force (N) and modulus (MPa) of the press at the apex, on a specimen of the log, that would determine a parameter
+    best; and the parameter's standard deviation after it, in the scale of the fit."""
+    problem, force = known.problem, _like_default(known.problem.finger)[0]
+    grid = np.meshgrid(force * np.array(SUGGESTED_FORCES_N), np.unique(problem.log.modulus_MPa))
+    forces, moduli = (axis.ravel() for axis in grid)
+    jacobian = problem.jacobian(known.vector)
+    further = _finger(problem, known.vector, (forces, moduli, np.zeros((len(forces), 2))), jacobian.T @ jacobian)
+    place = known.names.index(name)
+    after = np.linalg.inv(further.known + further.each)[:, place, place]
+    best = int(np.argmin(after))
+    # Sigmas of a fit that does not fit are wider than the information says
+    share = np.sqrt(after[best] / np.linalg.inv(further.known)[place, place])
+    return float(forces[best]), float(moduli[best]), float(share * known.sigma[place])
 
 
 def _pressed(problem: Problem, vector: np.ndarray, presses: Presses) -> Problem:

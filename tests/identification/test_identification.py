@@ -9,10 +9,10 @@ from drawn_finger import BLOCK, SIZE_MM, made, pulls
 from papilla.core.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.identification import PARAMETERS_BY_NAME, PressNoise, compare, diagnose, identify, record
-from papilla.identification.diagnosis import RATIO_WORDS, profile
 from papilla.identification.fit import descend
 from papilla.identification.parameters import kind
 from papilla.identification.posing import family_of, problem_of
+from papilla.identification.profile import RATIO_WORDS, profile
 from papilla.model.finger import Finger
 
 STUCK = {"size_mm": SIZE_MM, "friction": "stick"}
@@ -28,11 +28,23 @@ def test_without_noise_the_finger_comes_back(smooth):
         assert found[name][0] == pytest.approx(truth[name], rel=0.03), name
     for values in pulls(found, truth).values():
         assert np.abs(values).max() < 1
-    told = len(found.names)
-    assert found.problem.measured.size - told <= found.freedom < found.problem.measured.size - told + 1
+    # Each zero is decided in part by the zeros of the others, and uses less than one degree of freedom
+    told, gauges = len(found.names), len(found.problem.gauges)
+    assert found.problem.measured.size - told <= found.freedom < found.problem.measured.size - told + gauges
     assert found.rival is None or found.rival > 0
     assert found.finger.outer.modulus == found.values["outer_modulus_MPa"]
     assert [gauge.lever_mm for gauge in found.finger.gauges] == [found.values[f"lever_mm.g{k}"] for k in range(1, 6)]
+
+
+@pytest.mark.parametrize("offset", [0.0, 700.0])
+def test_an_amplifier_that_is_balanced_unlike_the_others_is_found(smooth, offset):
+    """The prior of the zeros is as wide as they are, but a single one that is off must not be pulled to the others."""
+    log, truth = made(smooth, 9, forces=np.geomspace(0.05, 0.98, 5), moduli=(0.089, 0.3, 0.72))
+    added = offset * (np.arange(5) == 1)
+    found = identify(replace(log, readings=log.readings + added), Finger.default(), **STUCK)
+    for k, more in enumerate(added.tolist(), start=1):
+        value, sigma = found[f"zero_microstrain.g{k}"]
+        assert abs(value - truth[f"zero_microstrain.g{k}"] - more) < 3 * sigma < 200
 
 
 @pytest.mark.parametrize("sd_alone", [False, True])
@@ -137,6 +149,7 @@ def test_presses_that_do_not_vary_are_doubted_and_leave_the_moduli_open(smooth, 
     for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
         low, high = diagnosis.intervals[name]
         assert high / low > 1.5
+    assert any("would narrow it most" in told for told in diagnosis.notes)
 
 
 def test_a_profile_ends_where_chi_square_has_risen_by_its_quantile(smooth):

@@ -37,6 +37,7 @@ from papilla.fem.pressing.response import (
     RESPONSE_FORCES_MM2,
     RESPONSE_POLYNOMIAL,
     SPECIMEN_MODULUS_RATIOS,
+    load_scale,
     scaled_presses,
 )
 from papilla.fem.reduction.family import MODULUS_RATIO_ENDS, FingerFamily
@@ -185,11 +186,13 @@ class MoveLimits:
 class OffApex:
     """Changes of gauges' values for all fingers of one geometry; q quantities, g gauges.
 
-    coefficients : (terms, x, y, along, across, q, g) of the change over F / E_inner (mm2) at the nodes.
+    coefficients : (terms, x, y, along, across, q, g) of the change over F / E_inner (mm2) at the nodes. scale : the
+    finger's `load_scale`.
     """
 
     coefficients: np.ndarray
     limits: MoveLimits
+    scale: float = 1.0
 
     def __repr__(self) -> str:
         return f"OffApex(contacts within {self.limits.reach:g} mm, gauges within {self.limits.shift:g} mm)"
@@ -204,7 +207,8 @@ class OffApex:
                 far = float(np.abs(offset).max())
                 raise InputError(f"{what} must lie within {most:g} mm along x and y, got {far:.3g} mm")
         x = np.asarray(force_N, float) / inner
-        terms = OFF_APEX_POLYNOMIAL.terms((x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner)))
+        ratios = np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner)
+        terms = OFF_APEX_POLYNOMIAL.terms((x / self.scale, *ratios))
         # Many presses share a place: interpolate once for each.
         spots, which = np.unique(place_mm, axis=0, return_inverse=True)
         places = _products(PLACE_NODES, spots.T, self.limits.reach)
@@ -244,7 +248,7 @@ def off_apex_change(
     design = (PLACE_NODES, SHIFT_NODES, MOVED_PRESS_GRID, RATIO_NODES, REACH_MM, SHIFT_MM)
     key = cache.key(__name__, *parts, repr(replace(specimen, modulus=1.0)), str(friction), *design)
     arrays = cache.fetch("off_apex", key, lambda: {"coefficients": _made(family, specimen, friction, progress)})
-    return OffApex(arrays["coefficients"], MoveLimits.of(family))
+    return OffApex(arrays["coefficients"], MoveLimits.of(family), load_scale(family.finger))
 
 
 def _made(family: FingerFamily, specimen: Specimen, friction: Friction, progress: Progress) -> np.ndarray:
@@ -265,7 +269,8 @@ def _made(family: FingerFamily, specimen: Specimen, friction: Friction, progress
         base = felt[_AT_APEX][:, None, None, None, None]
         # The change from the apex, over F / E_inner, which takes most of its dependence on the force away.
         values.append((felt - base) / pressed[:, 0].reshape(-1, *[1] * (felt.ndim - 1)))
-    terms = OFF_APEX_POLYNOMIAL.terms(tuple(np.concatenate(loads).T))[0]
+    x, *others = np.concatenate(loads).T
+    terms = OFF_APEX_POLYNOMIAL.terms((x / load_scale(family.finger), *others))[0]
     flat = np.concatenate(values)
     return np.linalg.lstsq(terms, flat.reshape(len(flat), -1))[0].reshape(-1, *flat.shape[1:])
 
@@ -290,7 +295,8 @@ def _presses(
     n)."""
     inner = family.finger.inner.modulus
     member = family.at(ratio * inner, inner)
-    ranges = zip((RESPONSE_FORCES_MM2, SPECIMEN_MODULUS_RATIOS), MOVED_PRESS_GRID, strict=True)
+    forces = RESPONSE_FORCES_MM2 * load_scale(family.finger)
+    ranges = zip((forces, SPECIMEN_MODULUS_RATIOS), MOVED_PRESS_GRID, strict=True)
     grid = (np.geomspace(values[0], values[-1], count) for values, count in ranges)
     presses = [*scaled_presses(member, inner, specimen, friction, *grid)]
     if len(presses) < MOVED_PRESS_GRID[0]:

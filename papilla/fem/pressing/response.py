@@ -21,16 +21,19 @@ from papilla.core.errors import ContactRangeError, InputError, SolverError
 from papilla.core.progress import Progress, silent
 from papilla.core.units import PER_CENT
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
-from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES, ends_of, is_known, tables_of
+from papilla.fem.pressing.large_strain import TABLE_LOG_MARGIN, ends_of, is_known, tables_of
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.family import MODULUS_RATIO_ENDS as RATIO_LIMITS
 from papilla.fem.reduction.family import FingerFamily
 from papilla.fem.reduction.gauges import GAUGE_QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.mesh.body import narrowest_mm
+from papilla.mesh.builder import DEFAULT_NARROWEST_MM
+from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD, Friction, Specimen, friction_coefficient
 
 RESPONSE_FORCES_MM2 = np.geomspace(0.15, 130.0, 20)
-"""F / E_inner in mm2; for an inner layer of 0.034 MPa: 5 mN to 4.4 N."""
+"""F / E_inner in mm2 on the default finger, on others times `load_scale`; for its 0.034 MPa: 5 mN to 4.4 N."""
 
 SPECIMEN_MODULUS_RATIOS = np.geomspace(0.15, 600.0, 16)
 """E / E_inner of the specimens; for the same finger: 0.005 to 20 MPa."""
@@ -49,6 +52,11 @@ HERTZ_DEPTH_POWER = 2 / 3
 
 CROSS_VALIDATION_FOLDS = 5
 """Number of parts of the presses; each part is predicted by a fit to the others, which gives the error."""
+
+
+def load_scale(finger: Finger) -> float:
+    """F / E_inner on a finger over that on the default one, at which both are strained alike."""
+    return (narrowest_mm(finger) / DEFAULT_NARROWEST_MM) ** 2
 
 
 @dataclass(frozen=True)
@@ -138,7 +146,8 @@ class ResponseValues:
 class Response:
     """Presses of all fingers of one geometry on specimens of one shape; g gauges, q quantities.
 
-    coefficients : (terms, 1 + q g) of indentation (mm) / x^(2/3) and of the gauges' values / x, x = F / E_inner in mm2.
+    coefficients : (terms, 1 + q g) of indentation (mm) / x^(2/3) and of the gauges' values / x, x = F / E_inner in mm2
+    over the finger's `scale`, its `load_scale`.
     deepest : (3, k) rows of E / E_inner, ratio, and the largest x at which the contact stays on its patch.
     strained : largest x for which large strain was measured; infinite if it is not included.
     friction : Coulomb's coefficient, infinite for stick. large_strain : whether it is included.
@@ -154,6 +163,7 @@ class Response:
     error: np.ndarray
     gauge_count: int
     specimen: str
+    scale: float = 1.0
 
     def __repr__(self) -> str:
         return f"Response({self.specimen}, {self.gauge_count} gauges, within {PER_CENT * self.error.max():.2g} %)"
@@ -163,7 +173,7 @@ class Response:
 
         Outside the range of the fitted presses the function continues linearly: see `inside`.
         """
-        x = np.asarray(force_N, float) / inner
+        x = self._load(force_N, inner)
         places = (x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner))
         table, *by = RESPONSE_POLYNOMIAL.terms(places) @ self.coefficients
         slopes = np.array(by)
@@ -185,11 +195,18 @@ class Response:
 
     def inside(self, force_N, modulus_MPa, outer: float, inner: float) -> np.ndarray:
         """(n,) whether presses lie within the range of the fitted presses."""
-        x, e = np.asarray(force_N, float) / inner, np.asarray(modulus_MPa, float) / inner
+        x, e = self._load(force_N, inner), np.asarray(modulus_MPa, float) / inner
         near = np.abs(np.log(self.deepest[1] / (outer / inner)))
         limits = self.deepest[:, near == near.min()]
         within = (x >= RESPONSE_FORCES_MM2[0]) & (e >= SPECIMEN_MODULUS_RATIOS[0]) & (e <= SPECIMEN_MODULUS_RATIOS[-1])
         return within & (x <= np.interp(np.log(e), np.log(limits[0]), limits[2]))
+
+    def beyond_large_strain(self, force_N, inner: float) -> np.ndarray:
+        """(n,) whether presses strain a finger of this inner modulus more than was measured at finite strain."""
+        return self._load(force_N, inner) > self.strained
+
+    def _load(self, force_N, inner: float) -> np.ndarray:
+        return np.asarray(force_N, float) / inner / self.scale
 
 
 def response(
@@ -207,12 +224,13 @@ def response(
         friction = STICK_WORD if flat and all(is_known(reduced, math.inf) for reduced in members) else 0.0
     rubbing = friction_coefficient(friction)
     large = flat and all(is_known(reduced, rubbing) for reduced in members)
+    scale = load_scale(family.finger)
 
     def make() -> dict[str, np.ndarray]:
         rows = []
         for number, (ratio, member) in enumerate(zip(family.ratios, members, strict=True), start=1):
             progress(f"presses of the family: modulus ratio {ratio:.3g} ({number} of {len(members)})")
-            rows += _presses(member, float(ratio), inner, specimen, friction, large)
+            rows += _presses(member, float(ratio), inner, scale, specimen, friction, large)
         if len(rows) < 2 * len(RESPONSE_POLYNOMIAL.powers):
             asked = len(RESPONSE_FORCES_MM2) * len(SPECIMEN_MODULUS_RATIOS) * len(members)
             raise InputError(f"only {len(rows)} of {asked} presses of the family can be made")
@@ -225,12 +243,15 @@ def response(
         for table, weight in tables_of(reduced, end)
     ]
     parts = (family.compliance, family.rows, family.reduced.to_arrays(), inner)
-    design = (RESPONSE_FORCES_MM2, SPECIMEN_MODULUS_RATIOS, list(POLYNOMIAL_DEGREES), TOTAL_DEGREE_SHARE)
+    design = (RESPONSE_FORCES_MM2 * scale, SPECIMEN_MODULUS_RATIOS, list(POLYNOMIAL_DEGREES), TOTAL_DEGREE_SHARE)
     key = cache.key(
         __name__, *parts, repr(replace(specimen, modulus=1.0)), str(friction), large, json.dumps(tables), *design
     )
     arrays = cache.fetch("response", key, make)
-    strained = float(arrays["strained"]) if large else math.inf
+    measured = [
+        table.force.max() for reduced in members for end in ends_of(rubbing) for table, _ in tables_of(reduced, end)
+    ]
+    strained = math.exp(TABLE_LOG_MARGIN) * float(min(measured)) / scale if large else math.inf
     return Response(
         arrays["coefficients"],
         arrays["deepest"],
@@ -240,6 +261,7 @@ def response(
         arrays["error"],
         len(family.reduced.gauge_names),
         specimen.words,
+        scale,
     )
 
 
@@ -256,12 +278,12 @@ def scaled_presses(
 
 
 def _presses(
-    member: ReducedFinger, ratio: float, inner: float, specimen: Specimen, friction: Friction, large: bool
+    member: ReducedFinger, ratio: float, inner: float, scale: float, specimen: Specimen, friction: Friction, large: bool
 ) -> list[tuple]:
-    """Presses: (F / E_inner, E / E_inner, ratio), whether the mesh resolves it, whether large strain is known, and
-    (indentation, values of the gauges)."""
+    """Presses: (F / E_inner over the scale, E / E_inner, ratio), whether the mesh resolves it, and (indentation,
+    values of the gauges)."""
     rows: list[tuple] = []
-    grid = RESPONSE_FORCES_MM2, SPECIMEN_MODULUS_RATIOS
+    grid = RESPONSE_FORCES_MM2 * scale, SPECIMEN_MODULUS_RATIOS
     for force, modulus, touched, outcome in scaled_presses(member, inner, specimen, friction, *grid):
         if large:
             try:
@@ -270,13 +292,12 @@ def _presses(
             except (ContactRangeError, SolverError):
                 continue
         felt = (outcome.indentation, *outcome.values.flat)
-        rows.append(((force, modulus, ratio), outcome.resolved, BEYOND_STRAIN_TABLES not in outcome.status, felt))
+        place = force / scale, modulus, ratio
+        rows.append((place, outcome.resolved, felt))
     return rows
 
 
-def _fitted(
-    places: np.ndarray, resolved: np.ndarray, strain_known: np.ndarray, felt: np.ndarray
-) -> dict[str, np.ndarray]:
+def _fitted(places: np.ndarray, resolved: np.ndarray, felt: np.ndarray) -> dict[str, np.ndarray]:
     """Fit the polynomials to columns of `_presses`: the arrays of a `Response`.
 
     Presses that are too light for the mesh have the weight `UNRESOLVED_WEIGHT`. The error is that of presses predicted
@@ -304,10 +325,4 @@ def _fitted(
     error = np.sqrt(np.mean((missed / np.concatenate(sizes, axis=1))[judged] ** 2, axis=0))
     groups = {(e, r): x[(places[:, 1] == e) & (places[:, 2] == r)].max() for e, r in {*map(tuple, places[:, 1:])}}
     deepest = np.array([(e, r, top) for (e, r), top in sorted(groups.items())]).T
-    strained = x[strain_known].max() if strain_known.any() else np.inf
-    return {
-        "coefficients": solve(np.ones(len(places), bool)),
-        "deepest": deepest,
-        "strained": np.array(strained),
-        "error": error,
-    }
+    return {"coefficients": solve(np.ones(len(places), bool)), "deepest": deepest, "error": error}

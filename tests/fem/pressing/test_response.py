@@ -1,13 +1,15 @@
 """The smooth response of a family against presses of its members, and its derivatives against differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from papilla.fem import press
 from papilla.fem.pressing.response import Response, response
 from papilla.fem.reduction.family import family
-from papilla.model.finger import Finger
-from papilla.model.specimen import Block
+from papilla.model.finger import Dome, Finger
+from papilla.model.specimen import Block, Sphere
 
 SIZE_MM = 2.8
 
@@ -74,3 +76,33 @@ def test_a_press_is_inside_up_to_the_deepest_one_at_the_nearest_ratio():
     x = np.array([0.99, 1.01])
     for ratio, top in ((1.9, 6.0), (2.7, 6.0), (3.0, 12.0), (5.0, 12.0)):
         assert made.inside(0.03 * top * x, np.full(2, 0.3), ratio * 0.03, 0.03).tolist() == [True, False]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("length", [0.3, 3.0])
+def test_a_scaled_finger_feels_scaled_forces_alike(relatives, length):
+    """Presses on balls, which are linear: strain is the same, curvature and indentation scale with the length."""
+    finger = Finger.default()
+    shape = Dome(
+        *(
+            tuple((length * np.array(axes)).tolist())
+            for axes in (finger.shape.outer, finger.shape.interface, finger.shape.bone)
+        )
+    )
+    gauges = tuple(
+        replace(
+            gauge,
+            length_mm=length * gauge.length_mm,
+            width_mm=length * gauge.width_mm,
+            backing_mm=tuple(length * np.array(gauge.backing_mm)),
+        )
+        for gauge in finger.gauges
+    )
+    scaled = replace(finger, name="scaled", shape=shape, gauges=gauges, patch_radius=length * finger.patch_radius)
+    there = response(family(scaled, size_mm=length * SIZE_MM), Sphere(1.0, radius=length * 15.0))
+    here = response(relatives, Sphere(1.0, radius=15.0))
+    one, other = here.felt(FORCE, MODULUS, 0.136, 0.034), there.felt(length**2 * FORCE, MODULUS, 0.136, 0.034)
+    assert other.values[:, 0] == pytest.approx(one.values[:, 0], rel=1e-4)
+    assert length * other.values[:, 1] == pytest.approx(one.values[:, 1], rel=1e-4)
+    assert other.indentation / length == pytest.approx(one.indentation, rel=1e-4)
+    assert (there.inside(length**2 * FORCE, MODULUS, 0.136, 0.034) == here.inside(FORCE, MODULUS, 0.136, 0.034)).all()
