@@ -44,7 +44,7 @@ def test_an_amplifier_that_is_balanced_unlike_the_others_is_found(smooth, offset
     found = identify(replace(log, readings=log.readings + added), Finger.default(), **STUCK)
     for k, more in enumerate(added.tolist(), start=1):
         value, sigma = found[f"zero_microstrain.g{k}"]
-        assert abs(value - truth[f"zero_microstrain.g{k}"] - more) < 3 * sigma < 200
+        assert abs(value - truth[f"zero_microstrain.g{k}"] - more) < 3 * sigma < 300
 
 
 @pytest.mark.parametrize("sd_alone", [False, True])
