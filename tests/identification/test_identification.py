@@ -170,11 +170,12 @@ def test_a_profile_ends_where_chi_square_has_risen_by_its_quantile(smooth):
 
 @pytest.mark.slow
 def test_what_presses_leave_open_and_what_cuts_a_profile_off(smooth):
-    """Four presses on one modulus; and a finger whose outer layer is nearly 16 times as stiff as its inner one."""
-    for seed, ratio, cut, words in ((3, None, (), "its prior decides"), (5, 15.9, (RATIO_WORDS,), "is cut off where")):
-        log, _ = made(smooth, seed, moduli=(0.51,), depth=False, ratio=ratio)
-        told = profile(identify(log, Finger.default(), **STUCK), "outer_modulus_MPa")
-        assert any(words in doubt for doubt in told.notes) and set(cut) <= {*told.cut_off_by}
+    """Presses on one modulus, of a finger whose outer layer is nearly 16 times as stiff as its inner one."""
+    log, _ = made(smooth, 5, moduli=(0.51,), depth=False, ratio=15.9)
+    told = profile(identify(log, Finger.default(), **STUCK), "outer_modulus_MPa")
+    assert RATIO_WORDS in told.cut_off_by and told.verdict != "bounded"
+    for words in ("its prior decides", "is cut off where"):
+        assert any(words in doubt for doubt in told.notes)
 
 
 def test_swapped_gauges_are_named(smooth):
@@ -188,7 +189,8 @@ def test_swapped_gauges_are_named(smooth):
 
 @pytest.mark.slow
 def test_simulated_fingers_are_recovered_within_what_is_stated(smooth):
-    """95 % intervals hold, less three binomial standard errors of so many fingers; 68 % are not held by nearly all."""
+    """95 % intervals hold, less three binomial standard errors of so many fingers; 68 % are not held by all. They
+    contain the model's error, which these presses, of the model itself, do not have."""
     errors, count = {}, 100
     for seed in range(1000, 1000 + count):
         log, truth = made(smooth, seed)
@@ -198,4 +200,4 @@ def test_simulated_fingers_are_recovered_within_what_is_stated(smooth):
     assert {kind(name) for name in found.names} == set(errors)
     for name, values in errors.items():
         assert np.mean(np.array(values) < 1.96) > 0.95 - 3 * np.sqrt(0.95 * 0.05 / count), name
-        assert np.mean(np.array(values) < 0.994) < 0.98, name
+        assert np.mean(np.array(values) < 0.994) < 0.99, name
