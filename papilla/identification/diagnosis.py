@@ -3,15 +3,6 @@
 `diagnose` runs a few more fits where a parameter is poorly determined (profile likelihood) and where two gauges may be
 swapped; all other notes follow from the Jacobian of the fit. `record` makes the part of the identification that a
 design file keeps.
-
-The profile gives the interval of a weakly determined parameter: the values x at which chi-square, with all other
-parameters fitted again, is within 3.84 of its minimum: chi2_p(x) = min over the others of chi2(x, others)
-<= chi2_p(best) + 1.96^2 (Venzon and Moolgavkar 1988, doi:10.2307/2347496). The covariance at the best fit is a parabola
-through that curve and misleads where the curve is flat on one side. The curve is walked outwards in steps of 0.75
-standard deviations, each fit starting at the end of the last one and at the start values of a whole fit (far out there
-may be another minimum), until it rises above the level. Brent's method finds the crossing. Priors are part of
-chi-square. The curve without the prior of the parameter itself shows whether the presses or the prior limit the
-interval (`Profile.verdict`). Cost: one fit per step.
 """
 
 import math
@@ -19,25 +10,13 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from scipy.optimize import brentq
 
 from papilla.core.units import PER_CENT
-from papilla.identification.fit import MISFIT_CHI_SQUARE, Identification, descend, starts_of
+from papilla.identification.fit import MISFIT_CHI_SQUARE, Identification, descend
 from papilla.identification.parameters import CONTACT_MOVES, PARAMETERS_BY_NAME, kind, physical
-from papilla.identification.problem import Problem
+from papilla.identification.profile import INTERVAL_HALF_WIDTH_SIGMAS, RATIO_WORDS, ParameterProfile, at_bounds, profile
+from papilla.identification.suggest import narrowing_press, sd_slopes
 from papilla.model.parts import Identified
-
-INTERVAL_HALF_WIDTH_SIGMAS = 1.959964
-"""Half width of a 95 % interval, in standard deviations."""
-
-CLOSE_TO_BOUND = 1e-3
-"""Share of the range between its bounds within which a parameter counts as being at a bound."""
-
-RATIO_WORDS = "the ratio of the moduli"
-
-PROFILE_STEP_SIGMAS, MOST_PROFILE_STEPS, PROFILE_END_ACCURACY = 0.75, 12, 0.005
-"""Step, in standard deviations; largest number of steps on each side; and accuracy of an end, in standard
-deviations."""
 
 PRIOR_DECIDES = 0.7
 """Ratio of the standard deviation after the fit to that of the prior, above which the prior rather than the presses
@@ -60,42 +39,21 @@ SWAPPED_CHI_SQUARE = 2 * math.log(1000)
 """Fall of chi-square, relative to chi-square per degree of freedom, above which two gauges count as swapped: the prior
 assumption is one swapped pair in a hundred logs of ten pairs each."""
 
+DOUBTFUL_SD_SIGMA = 0.03
+"""Standard deviation of S_d of other presses, relative, rms over the domain, above which an identification is doubtful:
+a finger of average gauges from five presses well chosen has less."""
+
 IN_EACH_GAUGE = ("common_gain", "common_lever_mm")
 """Quantities that are recorded as each gauge's gain and lever."""
-
-
-@dataclass(frozen=True)
-class ParameterProfile:
-    """The 95 % interval of a parameter (in its unit), where chi-square with all others fitted rises by 3.84.
-
-    verdict : without the parameter's own prior, "bounded", "one-sided" or "flat": chi-square rises that far before the
-    bounds on both sides, on one, or on none; in the last two cases the prior limits the interval. cut_off_by :
-    parameters that are at a bound where the interval ends, which is then too short.
-    """
-
-    name: str
-    lower: float
-    upper: float
-    verdict: str
-    cut_off_by: tuple[str, ...] = ()
-
-    @property
-    def notes(self) -> list[str]:
-        """Notes about the interval, a sentence each."""
-        interval, notes = f"{self.lower:.3g} to {self.upper:.3g}", []
-        if self.verdict != "bounded":
-            where = "on one side alone" if self.verdict == "one-sided" else "on neither side"
-            notes.append(f"the presses bound {self.name} {where}: its prior decides, and makes it {interval}")
-        if self.cut_off_by:
-            names = " and ".join(self.cut_off_by)
-            notes.append(f"the interval of {self.name}, {interval}, is cut off where {names} comes to its bound")
-        return notes
 
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
     """Notes about an `Identification` from n presses.
 
+    status : begins with "doubtful" where something contradicts the fit, or where its own covariance says that S_d of
+    other presses is known badly. A parameter that the presses do not determine is a note: intervals contain it.
+    sd_sigma : standard deviation of ln S_d of other presses by the covariance, rms over the domain.
     influence : (n,) largest change of a parameter other than the gauges', in standard deviations, by leaving out each
     press (to first order). condition : condition number of the presses' information, columns scaled.
     """
@@ -106,6 +64,7 @@ class Diagnosis:
     profiles: tuple[ParameterProfile, ...]
     influence: np.ndarray
     condition: float
+    sd_sigma: float
 
 
 def diagnose(found: Identification) -> Diagnosis:
@@ -124,26 +83,36 @@ def diagnose(found: Identification) -> Diagnosis:
         intervals["stick_share"] = max(low, 0.0), min(high, 1.0)
     moved = influence_by_parameter(found)
     largest = np.array([max(changes) for changes in zip(*moved.values(), strict=True)])
-    notes = (
+    of_sd = sd_slopes(found.problem, found.vector)[0]
+    sd_sigma = float(np.sqrt(np.einsum("mf,fg,mg->m", of_sd, found.covariance, of_sd).mean()))
+    doubts = [
         *([found.asked] if found.asked else []),
         *found.problem.log.notes,
         *found.problem.log.sizes,
+        *_doubts_of_presses(found),
+        *_doubts_of_fit(found),
+        *_dead_gauges(found),
+    ]
+    if sd_sigma > DOUBTFUL_SD_SIGMA:
+        doubts.append(f"S_d of other presses is known to {PER_CENT * sd_sigma:.2g} % only (one standard deviation)")
+    notes = (
+        *doubts,
         *_of_the_presses(found),
-        *_of_the_fit(found, profiles),
-        *_of_gauges(found),
+        *_undetermined(found, profiles),
         *(sentence for interval in profiles for sentence in interval.notes),
+        *_narrowed(found, profiles),
     )
     if largest.size and largest.max() > INFLUENTIAL_PRESS_SIGMAS:
         press = int(largest.argmax())
         name = max(moved, key=lambda parameter: moved[parameter][press])
         notes += (f"press {press + 1} alone moves {name} by about {largest[press]:.2g} of its standard deviations",)
-    good = "ok" if not notes else "doubtful"
+    good = "doubtful" if doubts else "ok"
     if turned := _backwards(found):
         good += f", but {len(turned)} of {len(found.problem.gauges)} gauges read backwards"
     notes += (*turned, *_rubbing(found, intervals))
     quality = f"chi-square {found.chi_square:.3g} at {found.freedom:.3g} degrees of freedom"
     status = f"{good}: identified from {len(found.problem.log)} presses, {quality}"
-    return Diagnosis(status, notes, intervals, profiles, largest, _condition(found))
+    return Diagnosis(status, notes, intervals, profiles, largest, _condition(found), sd_sigma)
 
 
 def record(found: Identification, diagnosis: Diagnosis, specimen: str) -> Identified:
@@ -236,20 +205,27 @@ def _condition(fit: Identification) -> float:
 
 
 def _of_the_presses(fit: Identification) -> list[str]:
-    """Notes that follow from the choice of presses."""
+    """What the presses do not tell, and the intervals contain."""
     problem, log = fit.problem, fit.problem.log
     notes = []
-    inner, outer = fit.values["inner_modulus_MPa"], fit.values["outer_modulus_MPa"]
-    if len(log) < 2 or (np.ptp(log.force_N) == 0 and np.ptp(log.modulus_MPa) == 0):
-        notes.append("all presses are one and the same scene: priors decide most results")
-    elif np.ptp(log.modulus_MPa) == 0:
+    if np.ptp(log.modulus_MPa) == 0 and np.ptp(log.force_N) > 0:
         notes.append(
             "all presses are on one modulus: a specimen of another one, far from it, would separate moduli from gains"
         )
     if log.stated_sd is not None:
         notes.append("S_d alone: ratios of the gauges' gains are assumed to be the design's, and their zeros to be 0")
-    if hard := int(problem.strained(inner).sum()):
+    if hard := int(problem.strained(fit.values["inner_modulus_MPa"]).sum()):
         notes.append(f"{hard} of {len(log)} presses strain this finger more than was measured at finite strain")
+    return notes
+
+
+def _doubts_of_presses(fit: Identification) -> list[str]:
+    """Presses that tell nothing of others, or of which the model does not know enough."""
+    problem, log = fit.problem, fit.problem.log
+    notes = []
+    inner, outer = fit.values["inner_modulus_MPa"], fit.values["outer_modulus_MPa"]
+    if len(log) < 2 or (np.ptp(log.force_N) == 0 and np.ptp(log.modulus_MPa) == 0):
+        notes.append("all presses are one and the same scene: priors decide most results")
     outside = np.zeros(len(log), bool)
     for shape in problem.shapes:
         loads = log.force_N[shape.rows], problem.moduli(fit.values)[shape.rows]
@@ -263,20 +239,14 @@ def _of_the_presses(fit: Identification) -> list[str]:
     return notes
 
 
-def _of_the_fit(fit: Identification, profiles: tuple[ParameterProfile, ...]) -> list[str]:
-    """Notes about the fit: bounds, priors that decide, specimens, correlations, misfit, swapped gauges, rivals."""
+def _doubts_of_fit(fit: Identification) -> list[str]:
+    """What contradicts the fit: bounds, specimens, misfit, swapped gauges, rivals."""
     problem, ended = fit.problem, at_bounds(fit.problem, fit.vector)
     notes = [f"{name} ended at its bound, beyond what is known of silicones" for name in ended if name != RATIO_WORDS]
     if beyond := problem.beyond(fit.vector):
         notes.append(
             f"the ratio of the moduli is {PER_CENT * abs(beyond):.1g} % outside of 1 to 16, where fingers are known"
         )
-    for name, sigma, linear in zip(fit.names, fit.sigma, problem.linear, strict=True):
-        explained = name in problem.specimens or any(
-            interval.name == name and interval.verdict != "bounded" for interval in profiles
-        )
-        if not (linear or explained or name == "stick_share") and sigma > PRIOR_DECIDES * problem.priors[name][1]:
-            notes.append(f"the presses do not determine {name}: its prior decides")
     for name, specimen in problem.specimens.items():
         off = np.log(fit.values[name] / problem.held[name]) / specimen.sigma
         if abs(off) > INTERVAL_HALF_WIDTH_SIGMAS:
@@ -284,6 +254,24 @@ def _of_the_fit(fit: Identification, profiles: tuple[ParameterProfile, ...]) -> 
                 f"the specimen of {problem.held[name]:g} MPa came out at {fit.values[name]:.3g}, {abs(off):.2g} of "
                 "the standard deviations that modulus_sigma_MPa states"
             )
+    if fit.freedom > 0 and fit.chi_square / fit.freedom > MISFIT_CHI_SQUARE:
+        excess = fit.chi_square / fit.freedom
+        notes.append(f"the model does not fit: chi-square is {excess:.3g} times its freedom; all sigmas are widened")
+    notes += _swapped(fit)
+    if fit.rival is not None and fit.rival < INTERVAL_HALF_WIDTH_SIGMAS**2:
+        notes.append(f"another finger fits as well, chi-square only {fit.rival:.2g} more: press other specimens too")
+    return notes
+
+
+def _undetermined(fit: Identification, profiles: tuple[ParameterProfile, ...]) -> list[str]:
+    """Parameters that the presses do not determine, or only together with another one."""
+    problem, notes = fit.problem, []
+    for name, sigma, linear in zip(fit.names, fit.sigma, problem.linear, strict=True):
+        explained = name in problem.specimens or any(
+            interval.name == name and interval.verdict != "bounded" for interval in profiles
+        )
+        if not (linear or explained or name == "stick_share") and sigma > PRIOR_DECIDES * problem.priors[name][1]:
+            notes.append(f"the presses do not determine {name}: its prior decides")
     outside = np.flatnonzero(~problem.linear)
     for a, b in combinations(outside.tolist(), 2):
         together = fit.covariance[a, b] / (fit.sigma[a] * fit.sigma[b])
@@ -293,12 +281,23 @@ def _of_the_fit(fit: Identification, profiles: tuple[ParameterProfile, ...]) -> 
                 ": take their intervals 1.5 times as wide" if {kind(name) for name in names} <= {*CONTACT_MOVES} else ""
             )
             notes.append(f"{names[0]} and {names[1]} are determined together only (correlation {together:.3f}){wide}")
-    if fit.freedom > 0 and fit.chi_square / fit.freedom > MISFIT_CHI_SQUARE:
-        excess = fit.chi_square / fit.freedom
-        notes.append(f"the model does not fit: chi-square is {excess:.3g} times its freedom; all sigmas are widened")
-    notes += _swapped(fit)
-    if fit.rival is not None and fit.rival < INTERVAL_HALF_WIDTH_SIGMAS**2:
-        notes.append(f"another finger fits as well, chi-square only {fit.rival:.2g} more: press other specimens too")
+    gains = np.full(len(problem.gauges), np.inf) if problem.gains is None else problem.gains
+    for gauge, gain in zip(problem.gauges, gains.tolist(), strict=True):
+        lever = f"lever_mm.{gauge}"
+        if lever in fit.names and fit[lever][1] > PRIOR_DECIDES * PARAMETERS_BY_NAME["lever_mm"].sigma * gain:
+            notes.append(f"the presses do not separate lever and gain of {gauge}: the prior decides")
+    return notes
+
+
+def _narrowed(fit: Identification, profiles: tuple[ParameterProfile, ...]) -> list[str]:
+    """For each poorly known parameter, the press that would narrow its interval most."""
+    notes = []
+    for name in (profiled.name for profiled in profiles):
+        force, modulus, after = narrowing_press(fit, name)
+        notes.append(
+            f"{name} is known to {PER_CENT * fit[name][1]:.0f} %: a press by {force:.2g} N on {modulus:.3g} MPa would "
+            f"narrow it most, to {PER_CENT * after:.0f} %"
+        )
     return notes
 
 
@@ -322,20 +321,16 @@ def _swapped(fit: Identification) -> list[str]:
     return [f"{first} and {second} look swapped: chi-square would be {least:.3g} instead of {fit.chi_square:.3g}"]
 
 
-def _of_gauges(fit: Identification) -> list[str]:
-    """Notes about single gauges: those that hardly respond, or whose gain and lever are not determined separately."""
-    notes: list[str] = []
+def _dead_gauges(fit: Identification) -> list[str]:
+    """Gauges that hardly respond."""
     problem = fit.problem
     if problem.log.stated_sd is not None:
-        return notes
-    gains = [np.inf] * len(problem.gauges) if problem.gains is None else problem.gains.tolist()
-    for name, moved, gain in zip(problem.gauges, np.ptp(problem.log.readings, axis=0), gains, strict=True):
-        lever = f"lever_mm.{name}"
-        if moved < DEAD_GAUGE_SIGMAS * problem.noise.readings_microstrain:
-            notes.append(f"{name} hardly follows the presses ({moved:.3g} µε in all): dead, loose, or far away")
-        elif lever in fit.names and fit[lever][1] > PRIOR_DECIDES * PARAMETERS_BY_NAME["lever_mm"].sigma * gain:
-            notes.append(f"the presses do not separate lever and gain of {name}: the prior decides")
-    return notes
+        return []
+    return [
+        f"{name} hardly follows the presses ({moved:.3g} µε in all): dead, loose, or far away"
+        for name, moved in zip(problem.gauges, np.ptp(problem.log.readings, axis=0), strict=True)
+        if moved < DEAD_GAUGE_SIGMAS * problem.noise.readings_microstrain
+    ]
 
 
 def _backwards(fit: Identification) -> list[str]:
@@ -358,77 +353,3 @@ def _rubbing(fit: Identification, intervals: dict[str, tuple[float, float]]) -> 
         f"friction was not stated: the presses have {PER_CENT * fit['stick_share'][0]:.0f} % of the effect of stick "
         f"({PER_CENT * low:.0f} to {PER_CENT * high:.0f}), which intervals contain; --friction states it"
     ]
-
-
-def profile(found: Identification, name: str) -> ParameterProfile:
-    """The profile of a nonlinear parameter; each step costs a fit."""
-    place = found.names.index(name)
-    best, sigma = float(found.vector[place]), float(found.sigma[place])
-    # If the model does not fit, the level grows with chi-square per degree of freedom, as the sigmas do.
-    excess = found.chi_square / found.freedom if found.freedom > 0 else 1.0
-    level = INTERVAL_HALF_WIDTH_SIGMAS**2 * (excess if excess > MISFIT_CHI_SQUARE else 1.0)
-    curve = _Curve(found, name)
-    least = curve(best)
-    ends = []
-    for side, sign in zip(found.problem.bounds, (-1.0, 1.0), strict=True):
-        limit = float(side[place])
-        curve.others = np.delete(found.vector, place)
-        end = best
-        for k in range(1, MOST_PROFILE_STEPS + 1):
-            value = sign * min(sign * (best + sign * PROFILE_STEP_SIGMAS * k * sigma), sign * limit)
-            if curve(value, anywhere=True) - least > level:
-                end = brentq(lambda x: curve(x) - least - level, end, value, xtol=PROFILE_END_ACCURACY * sigma)
-                break
-            end = value
-            if value == limit:
-                break
-        ends.append(end)
-        # Where the interval ends and where the bounds are: both are needed for the verdict and for what cuts the
-        # interval off.
-        curve(end)
-        curve(limit)
-    # Would the presses alone, without the parameter's prior, have bounded it?
-    without = curve.without_prior
-    low = min(without.values())
-    rises = [max(cost for value, cost in without.items() if sign * (value - best) >= 0) - low for sign in (-1, 1)]
-    verdict = ("flat", "one-sided", "bounded")[sum(rise > level for rise in rises)]
-    cut = sorted({name for end in ends for name in curve.at_bounds[end]})
-    return ParameterProfile(name, physical(name, ends[0]), physical(name, ends[1]), verdict, tuple(cut))
-
-
-class _Curve:
-    """Least chi-square with one parameter held at a value in the scale of the fit; results are kept."""
-
-    def __init__(self, fit: Identification, name: str):
-        self._problem, self._name = fit.problem, name
-        self._place = fit.names.index(name)
-        self.others = np.delete(fit.vector, self._place)
-        self.without_prior: dict[float, float] = {}
-        self.at_bounds: dict[float, list[str]] = {}
-
-    def __call__(self, value: float, *, anywhere: bool = False) -> float:
-        """Chi-square including all priors. The fit starts where the last one ended and, with `anywhere`, also at the
-        start values of a whole fit, because far out there may be another minimum."""
-        if value not in self.without_prior:
-            free = tuple(name for name in self._problem.free if name != self._name)
-            values = {**self._problem.held, self._name: physical(self._name, value)}
-            rest = replace(self._problem, free=free, held=values)
-            starts = (self.others[~rest.linear], *(starts_of(rest) if anywhere else ()))
-            fits = (descend(rest, start) for start in starts)
-            self.without_prior[value], self.others = min(fits, key=lambda fit: fit[0])
-            self.at_bounds[value] = at_bounds(rest, self.others)
-        middle, sigma = self._problem.priors[self._name]
-        return self.without_prior[value] + ((value - middle) / sigma) ** 2
-
-
-def at_bounds(problem: Problem, vector: np.ndarray) -> list[str]:
-    """Names of what is at a bound in a vector (f,): nonlinear parameters and the ratio of moduli. A share of stick may
-    be 0 or 1."""
-    low, high = problem.bounds
-    near = np.minimum(vector - low, high - vector) < CLOSE_TO_BOUND * (high - low)
-    named = [
-        name
-        for name, close, linear in zip(problem.free, near, problem.linear, strict=True)
-        if close and not linear and name != "stick_share"
-    ]
-    return [*named, *([RATIO_WORDS] if problem.beyond(vector) else [])]

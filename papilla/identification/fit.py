@@ -263,6 +263,7 @@ def _followed(problem: Problem, vector: np.ndarray) -> tuple[float, Problem, np.
         sigma = np.sqrt(np.diag(_covariance(problem, vector)))
         if np.abs((vector - before) / sigma).max() < SETTLED_CHANGE_SIGMAS:
             break
+        problem = problem.with_alike_zeros(vector, sigma)
     return cost, problem, vector
 
 

@@ -19,6 +19,7 @@ from papilla.identification.noise import PressNoise
 from papilla.identification.parameters import LEVER_PER_GAIN_MM, PARAMETERS_BY_NAME, kind, physical, scaled
 from papilla.identification.presses import FeltBy, Known, PressedShape, felt_by, places
 from papilla.logs import PressLog
+from papilla.mesh.body import narrowest_mm
 from papilla.model.finger import Finger
 
 MISSING_SIGMA = 1e9
@@ -45,12 +46,24 @@ OUTLYING_RESIDUAL = 4.0
 PRIOR_MEANS = {"common_lever_mm": LEVER_PER_GAIN_MM, "stick_share": 0.5}
 """Means of priors that are not 0 or, for a logarithmic parameter, not the start value."""
 
-MODEL_ERROR_PATTERNS = 6
-"""Number of independent errors of the model: the error is smooth in force and modulus, a parabola in both. More presses
-than this do not average it further."""
+MODEL_ERROR_PATTERNS = 3
+"""Number of independent errors of the model, which changes sign once or twice along the force and hardly with the
+modulus (against the independent code): more presses than this do not average it further."""
+
+LEFT_OF_SINGLE_ERROR = 0.29
+"""Share of a single press's error, by which the mesh's contact grows in steps, that is left in a response: the root of
+its terms over its presses."""
 
 CURVATURE_RELATIVE_ERROR = 2.0
 """Relative error of the curvature over that of the strain."""
+
+ALIKE_ZEROS, ZERO_TAIL_FREEDOM = 1.5, 4.0
+"""Prior of a zero: Student's t of so many degrees of freedom, as wide as so many times the gauges' median zero, because
+amplifiers of one bench are balanced alike; a single one may still be far off."""
+
+SOFT_SPECIMEN_ERROR = 0.35
+"""Relative error of strain and indentation per F / (E H^2), H being `narrowest_mm` and E the specimen's modulus: a
+block's own large strain. The independent code differs by 0.7, 1.1 to 1.4 and 1.5 to 2.4 % at 0.011, 0.022 and 0.044."""
 
 ASIDE_PER_MM2 = 3e-4
 """Relative standard deviation of an indentation 1 mm beside the apex, which is assumed to equal that at the apex; it
@@ -100,7 +113,7 @@ class Problem:
     first. specimens : those whose moduli are parameters, by name. candidates : True if the presses have not been made
     yet and each is judged alone.
     weights : (n, c, c) whiten the values of a press; robust (n, c) are their weights.
-    gains : (g,) approximate gains, for the prior of the levers.
+    gains : (g,) approximate gains, for the prior of the levers. zero_sigmas : (g,) those of the zeros, in µε.
     """
 
     log: PressLog
@@ -112,6 +125,7 @@ class Problem:
     weights: np.ndarray | None = None
     robust: np.ndarray | None = None
     gains: np.ndarray | None = None
+    zero_sigmas: np.ndarray | None = None
     specimens: Mapping[str, Known] = field(default_factory=dict)
     candidates: bool = False
 
@@ -227,7 +241,7 @@ class Problem:
                 gain = felt.values[:, 0, k] + values["common_lever_mm"] * felt.values[:, 1, k]
                 parts = {"gain": factor * gain, "lever_mm": factor * felt.values[:, 1, k]}
                 columns[:, k, place] = parts.get(which, 1.0)
-        errors = self._model_errors(values["inner_modulus_MPa"])
+        errors = self._model_errors(values)
         # The model's error is a share of the usual size of the gauges, not of the single gauge, which may read nearly
         # nothing.
         size = np.sqrt((felt.values**2).mean(axis=2, keepdims=True)) * errors[:, 1:].reshape(felt.values.shape)
@@ -322,6 +336,8 @@ class Problem:
         for place, name in enumerate(self.free):
             which, _, gauge = name.partition(".")
             middle, sigma = self.priors[name]
+            if which == "zero_microstrain" and self.zero_sigmas is not None:
+                sigma = self.zero_sigmas[self.gauges.index(gauge)]
             if which != "lever_mm":
                 rows[place, place], target[place] = 1 / sigma, middle / sigma
                 continue
@@ -368,6 +384,16 @@ class Problem:
         gains = np.maximum(np.abs(self.each("gain", values)), self._most_gain(self.felt(values).values))
         return replace(self, weights=self._whitener(modelled.by_ln_force, modelled.unsure), gains=gains)
 
+    def with_alike_zeros(self, vector: np.ndarray, sigma: np.ndarray) -> "Problem":
+        """The problem with priors of the zeros that follow from all zeros of a fit, a vector (f,) and its standard
+        deviations (f,)."""
+        places = [place for place, name in enumerate(self.free) if kind(name) == "zero_microstrain"]
+        if len(places) < len(self.gauges):
+            return self
+        zeros, widest = vector[places], PARAMETERS_BY_NAME["zero_microstrain"].sigma
+        scale = ALIKE_ZEROS * float(np.median(np.hypot(zeros, sigma[places])))
+        return replace(self, zero_sigmas=np.minimum(np.hypot(scale, zeros / ZERO_TAIL_FREEDOM**0.5), widest))
+
     def _most_gain(self, felt: np.ndarray) -> np.ndarray:
         """(g,) largest gains that could give readings of this size, over the levers of the prior."""
         if self.log.stated_sd is not None:
@@ -398,20 +424,23 @@ class Problem:
     def strained(self, inner: float) -> np.ndarray:
         """(n,) bool: presses that strain a finger of this inner modulus (MPa) beyond the measured range of large
         strain."""
-        most = np.full(len(self.log), np.inf)
+        beyond = np.zeros(len(self.log), bool)
         for shape in self.shapes:
-            most[shape.rows] = min(response.strained for response in shape.responses)
-        return self.log.force_N / inner > most
+            forces = self.log.force_N[shape.rows]
+            beyond[shape.rows] = np.any([one.beyond_large_strain(forces, inner) for one in shape.responses], axis=0)
+        return beyond
 
-    def _model_errors(self, inner: float) -> np.ndarray:
+    def _model_errors(self, values: Mapping[str, float]) -> np.ndarray:
         """(n, 1 + q g) relative errors of the model for each press: indentation, then the gauges' values."""
         errors = np.zeros((len(self.log), 1 + 2 * len(self.gauges)))
         alike = 1.0 if self.candidates else max(1.0, len(self.log) / MODEL_ERROR_PATTERNS) ** 0.5
         felt = np.repeat(self.noise.model * np.array([1.0, CURVATURE_RELATIVE_ERROR]), len(self.gauges))
         model = alike * np.append(self.noise.depth, felt)
         for shape in self.shapes:
-            errors[shape.rows] = np.hypot(model, shape.responses[0].error)
-        return np.hypot(errors, np.where(self.strained(inner), self.noise.beyond, 0.0)[:, None])
+            errors[shape.rows] = np.hypot(model, LEFT_OF_SINGLE_ERROR * shape.responses[0].error)
+        softness = self.log.force_N / self.moduli(values) / narrowest_mm(self.finger) ** 2
+        beyond = np.where(self.strained(values["inner_modulus_MPa"]), self.noise.beyond, 0.0)
+        return np.hypot(errors, np.hypot(SOFT_SPECIMEN_ERROR * softness, beyond)[:, None])
 
     def downweighted(self, vector: np.ndarray) -> "Problem":
         """The problem in which a weighted reading counts less if it exceeds `OUTLYING_RESIDUAL` (Cauchy's weights)."""

@@ -216,20 +216,42 @@ def _finger(problem: Problem, vector: np.ndarray, candidates: Presses, earlier: 
     priors = len(problem.free) + 1
     by_candidate = jacobian[:-priors].reshape(len(candidates[0]), -1, len(problem.free))
     prior = jacobian[-priors:]
-    forces, moduli = CalibrationRanges.of(problem.finger).checked
-    grid = np.meshgrid(*(np.geomspace(low, high, DOMAIN_GRID_POINTS) for low, high in (forces, moduli)))
-    modelled = problem.of(grid[0].ravel(), grid[1].ravel()).modelled(vector)
-    g = len(problem.gauges)
-    sd, shares = sd_and_shares(modelled.values[:, :g] - problem.each("zero_microstrain", problem.values(vector)))
+    of_sd, slope = sd_slopes(problem, vector)
     # S_d (f, E; p) is given and E follows from it, so an error of a parameter p acts on the modulus by
-    # d ln E / dp = -(d ln S_d / dp) / (d ln S_d / d ln E); d ln S_d / d reading = shares / S_d. The sign has no effect.
-    by = shares / sd[:, None]
-    slope = (by * modelled.by_ln_modulus[:, :g]).sum(axis=1)
-    of_sd = np.einsum("mg,mgf->mf", by, modelled.by_free[:, :g])
+    # d ln E / dp = -(d ln S_d / dp) / (d ln S_d / d ln E). The sign has no effect.
     # Each candidate adds the outer products of its rows: information is additive over presses.
     information = np.einsum("ncf,nch->nfh", by_candidate, by_candidate)
     by_modulus = of_sd / np.maximum(np.abs(slope), LEAST_CRITERION_SLOPE)[:, None]
     return _Finger(prior.T @ prior if earlier is None else earlier, information, by_modulus)
+
+
+def sd_slopes(problem: Problem, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of ln S_d by the parameters (m, f) and by ln modulus of the specimen (m,), at m presses over the
+    domain in which E should be determined well, for a vector (f,)."""
+    ends = CalibrationRanges.of(problem.finger).checked
+    grid = np.meshgrid(*(np.geomspace(low, high, DOMAIN_GRID_POINTS) for low, high in ends))
+    alone = replace(problem, log=replace(problem.log, indentation_mm=None))
+    modelled = alone.of(grid[0].ravel(), grid[1].ravel()).modelled(vector)
+    sd, shares = sd_and_shares(modelled.values - problem.each("zero_microstrain", problem.values(vector)))
+    # d ln S_d / d reading = shares / S_d
+    by = shares / sd[:, None]
+    return np.einsum("mg,mgf->mf", by, modelled.by_free), (by * modelled.by_ln_modulus).sum(axis=1)
+
+
+def narrowing_press(known: Identification, name: str) -> tuple[float, float, float]:
+    """Force (N) and modulus (MPa) of the press at the apex, on a specimen of the log, that would determine a parameter
+    best; and the parameter's standard deviation after it, in the scale of the fit."""
+    problem, ranges = known.problem, CalibrationRanges.of(known.problem.finger)
+    grid = np.meshgrid(ranges.forced(SUGGESTED_FORCES_N), np.unique(problem.log.modulus_MPa))
+    forces, moduli = (axis.ravel() for axis in grid)
+    jacobian = problem.jacobian(known.vector)
+    further = _finger(problem, known.vector, (forces, moduli, np.zeros((len(forces), 2))), jacobian.T @ jacobian)
+    place = known.names.index(name)
+    after = np.linalg.inv(further.known + further.each)[:, place, place]
+    best = int(np.argmin(after))
+    # Sigmas of a fit that does not fit are wider than the information says
+    share = np.sqrt(after[best] / np.linalg.inv(further.known)[place, place])
+    return float(forces[best]), float(moduli[best]), float(share * known.sigma[place])
 
 
 def _pressed(problem: Problem, vector: np.ndarray, presses: Presses) -> Problem:

@@ -9,9 +9,9 @@ from papilla.core.errors import MissingExtraError
 from papilla.core.units import STRAIN_PER_MICROSTRAIN
 from papilla.fem.pressing.response import Response, response
 from papilla.identification import Identification, identify
-from papilla.identification.diagnosis import INTERVAL_HALF_WIDTH_SIGMAS, profile
 from papilla.identification.posing import family_of
 from papilla.identification.problem import Problem
+from papilla.identification.profile import INTERVAL_HALF_WIDTH_SIGMAS, profile
 from papilla.logs import PressLog
 from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD, Block

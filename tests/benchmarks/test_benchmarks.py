@@ -40,6 +40,7 @@ SHORT = {
     ),
     "shipped_tables": ("--help", "the prices of the fidelities"),
     "size": ("", "in all"),
+    "specimen_strain": ("--draws 1", "without friction, p/E "),
     "suggested_presses": ("--fingers 2 --size 2.8", "suggested presses are better by"),
     "wavelength_estimators": ("--scenes start --seeds 1 --workers 1", "in 2 sigma"),
 }  # fmt: skip

@@ -160,15 +160,14 @@ def test_a_finger_is_another_below_one_per_cent():
 
 def test_a_diagnosis_states_intervals_influence_and_each_doubt_once(found):
     told = diagnose(found)
-    assert told.notes[0].startswith("the presses do not separate lever and gain of g1") and len(told.notes) == 2
-    assert told.notes[1].startswith("g2 reads backwards")
-    (profiled,) = told.profiles
-    assert profiled.name == MODULI[0] and told.intervals[MODULI[0]] == (profiled.lower, profiled.upper)
+    separate, backwards = told.notes
+    assert separate.startswith("the presses do not separate lever and gain of g1")
+    assert backwards.startswith("g2 reads backwards") and told.profiles == ()
     assert told.status == (
-        "doubtful, but 1 of 5 gauges read backwards: identified from 12 presses, "
+        "ok, but 1 of 5 gauges read backwards: identified from 12 presses, "
         f"chi-square {found.chi_square:.3g} at {found.freedom:.3g} degrees of freedom"
     )
-    for place, name in list(enumerate(found.names))[1:]:
+    for place, name in enumerate(found.names):
         ends = found.vector[place] + np.array([-1.959964, 1.959964]) * found.sigma[place]
         assert told.intervals[name] == pytest.approx(np.exp(ends) if name in MODULI else ends)
     assert told.influence == pytest.approx(np.max(list(influence_by_parameter(found).values()), axis=0))

@@ -9,10 +9,10 @@ from drawn_finger import BLOCK, SIZE_MM, made, pulls
 from papilla.core.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.identification import PARAMETERS_BY_NAME, PressNoise, compare, diagnose, identify, record
-from papilla.identification.diagnosis import RATIO_WORDS, profile
 from papilla.identification.fit import descend
 from papilla.identification.parameters import kind
 from papilla.identification.posing import family_of, problem_of
+from papilla.identification.profile import RATIO_WORDS, profile
 from papilla.model.finger import Finger
 
 STUCK = {"size_mm": SIZE_MM, "friction": "stick"}
@@ -28,11 +28,23 @@ def test_without_noise_the_finger_comes_back(smooth):
         assert found[name][0] == pytest.approx(truth[name], rel=0.03), name
     for values in pulls(found, truth).values():
         assert np.abs(values).max() < 1
-    told = len(found.names)
-    assert found.problem.measured.size - told <= found.freedom < found.problem.measured.size - told + 1
+    # Each zero is decided in part by the zeros of the others, and uses less than one degree of freedom
+    told, gauges = len(found.names), len(found.problem.gauges)
+    assert found.problem.measured.size - told <= found.freedom < found.problem.measured.size - told + gauges
     assert found.rival is None or found.rival > 0
     assert found.finger.outer.modulus == found.values["outer_modulus_MPa"]
     assert [gauge.lever_mm for gauge in found.finger.gauges] == [found.values[f"lever_mm.g{k}"] for k in range(1, 6)]
+
+
+@pytest.mark.parametrize("offset", [0.0, 700.0])
+def test_an_amplifier_that_is_balanced_unlike_the_others_is_found(smooth, offset):
+    """The prior of the zeros is as wide as they are, but a single one that is off must not be pulled to the others."""
+    log, truth = made(smooth, 9, forces=np.geomspace(0.05, 0.98, 5), moduli=(0.089, 0.3, 0.72))
+    added = offset * (np.arange(5) == 1)
+    found = identify(replace(log, readings=log.readings + added), Finger.default(), **STUCK)
+    for k, more in enumerate(added.tolist(), start=1):
+        value, sigma = found[f"zero_microstrain.g{k}"]
+        assert abs(value - truth[f"zero_microstrain.g{k}"] - more) < 3 * sigma < 300
 
 
 @pytest.mark.parametrize("sd_alone", [False, True])
@@ -137,6 +149,7 @@ def test_presses_that_do_not_vary_are_doubted_and_leave_the_moduli_open(smooth, 
     for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
         low, high = diagnosis.intervals[name]
         assert high / low > 1.5
+    assert any("would narrow it most" in told for told in diagnosis.notes)
 
 
 def test_a_profile_ends_where_chi_square_has_risen_by_its_quantile(smooth):
@@ -157,11 +170,12 @@ def test_a_profile_ends_where_chi_square_has_risen_by_its_quantile(smooth):
 
 @pytest.mark.slow
 def test_what_presses_leave_open_and_what_cuts_a_profile_off(smooth):
-    """Four presses on one modulus; and a finger whose outer layer is nearly 16 times as stiff as its inner one."""
-    for seed, ratio, cut, words in ((3, None, (), "its prior decides"), (5, 15.9, (RATIO_WORDS,), "is cut off where")):
-        log, _ = made(smooth, seed, moduli=(0.51,), depth=False, ratio=ratio)
-        told = profile(identify(log, Finger.default(), **STUCK), "outer_modulus_MPa")
-        assert any(words in doubt for doubt in told.notes) and set(cut) <= {*told.cut_off_by}
+    """Presses on one modulus, of a finger whose outer layer is nearly 16 times as stiff as its inner one."""
+    log, _ = made(smooth, 5, moduli=(0.51,), depth=False, ratio=15.9)
+    told = profile(identify(log, Finger.default(), **STUCK), "outer_modulus_MPa")
+    assert RATIO_WORDS in told.cut_off_by and told.verdict != "bounded"
+    for words in ("its prior decides", "is cut off where"):
+        assert any(words in doubt for doubt in told.notes)
 
 
 def test_swapped_gauges_are_named(smooth):
@@ -175,7 +189,8 @@ def test_swapped_gauges_are_named(smooth):
 
 @pytest.mark.slow
 def test_simulated_fingers_are_recovered_within_what_is_stated(smooth):
-    """95 % intervals hold, less three binomial standard errors of so many fingers; 68 % are not held by nearly all."""
+    """95 % intervals hold, less three binomial standard errors of so many fingers; 68 % are not held by all. They
+    contain the model's error, which these presses, of the model itself, do not have."""
     errors, count = {}, 100
     for seed in range(1000, 1000 + count):
         log, truth = made(smooth, seed)
@@ -185,4 +200,4 @@ def test_simulated_fingers_are_recovered_within_what_is_stated(smooth):
     assert {kind(name) for name in found.names} == set(errors)
     for name, values in errors.items():
         assert np.mean(np.array(values) < 1.96) > 0.95 - 3 * np.sqrt(0.95 * 0.05 / count), name
-        assert np.mean(np.array(values) < 0.994) < 0.98, name
+        assert np.mean(np.array(values) < 0.994) < 0.99, name

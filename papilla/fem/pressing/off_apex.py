@@ -186,13 +186,13 @@ class MoveLimits:
 class OffApex:
     """Changes of gauges' values for all fingers of one geometry; q quantities, g gauges.
 
-    coefficients : (terms, x, y, along, across, q, g) of the change over F / E_inner (mm2) at the nodes.
-    area : square of the finger's length over that of the default finger.
+    coefficients : (terms, x, y, along, across, q, g) of the change over F / E_inner (mm2) at the nodes. scale : the
+    finger's `FingerScale.area`.
     """
 
     coefficients: np.ndarray
     limits: MoveLimits
-    area: float = 1.0
+    scale: float = 1.0
 
     def __repr__(self) -> str:
         return f"OffApex(contacts within {self.limits.reach:g} mm, gauges within {self.limits.shift:g} mm)"
@@ -207,8 +207,8 @@ class OffApex:
                 far = float(np.abs(offset).max())
                 raise InputError(f"{what} must lie within {most:g} mm along x and y, got {far:.3g} mm")
         x = np.asarray(force_N, float) / inner
-        relative = (x / self.area, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner))
-        terms = OFF_APEX_POLYNOMIAL.terms(relative)
+        ratios = np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner)
+        terms = OFF_APEX_POLYNOMIAL.terms((x / self.scale, *ratios))
         # Many presses share a place: interpolate once for each.
         spots, which = np.unique(place_mm, axis=0, return_inverse=True)
         places = _products(PLACE_NODES, spots.T, self.limits.reach)
@@ -269,8 +269,8 @@ def _made(family: FingerFamily, specimen: Specimen, friction: Friction, progress
         base = felt[_AT_APEX][:, None, None, None, None]
         # The change from the apex, over F / E_inner, which takes most of its dependence on the force away.
         values.append((felt - base) / pressed[:, 0].reshape(-1, *[1] * (felt.ndim - 1)))
-    relative = np.concatenate(loads) / [FingerScale.of(family.finger).area, 1.0, 1.0]
-    terms = OFF_APEX_POLYNOMIAL.terms(tuple(relative.T))[0]
+    x, *others = np.concatenate(loads).T
+    terms = OFF_APEX_POLYNOMIAL.terms((x / FingerScale.of(family.finger).area, *others))[0]
     flat = np.concatenate(values)
     return np.linalg.lstsq(terms, flat.reshape(len(flat), -1))[0].reshape(-1, *flat.shape[1:])
 
@@ -295,7 +295,7 @@ def _presses(
     n)."""
     inner = family.finger.inner.modulus
     member = family.at(ratio * inner, inner)
-    forces = FingerScale.of(family.finger).area * RESPONSE_FORCES_MM2
+    forces = RESPONSE_FORCES_MM2 * FingerScale.of(family.finger).area
     ranges = zip((forces, SPECIMEN_MODULUS_RATIOS), MOVED_PRESS_GRID, strict=True)
     grid = (np.geomspace(values[0], values[-1], count) for values, count in ranges)
     presses = [*scaled_presses(member, inner, specimen, friction, *grid)]

@@ -21,7 +21,7 @@ from papilla.core.errors import ContactRangeError, InputError, SolverError
 from papilla.core.progress import Progress, silent
 from papilla.core.units import PER_CENT
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
-from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES, ends_of, is_known, tables_of
+from papilla.fem.pressing.large_strain import TABLE_LOG_MARGIN, ends_of, is_known, tables_of
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.family import MODULUS_RATIO_ENDS as RATIO_LIMITS
 from papilla.fem.reduction.family import FingerFamily
@@ -31,8 +31,8 @@ from papilla.mesh.scale import FingerScale
 from papilla.model.specimen import STICK_WORD, Friction, Specimen, friction_coefficient
 
 RESPONSE_FORCES_MM2 = np.geomspace(0.15, 130.0, 20)
-"""F / E_inner in mm2 on a finger of the default's size, in proportion to its square on others; for the default finger:
-5 mN to 4.4 N."""
+"""F / E_inner in mm2 on the default finger, on others times the square of their size (`FingerScale.area`); for the
+default finger: 5 mN to 4.4 N."""
 
 SPECIMEN_MODULUS_RATIOS = np.geomspace(0.15, 600.0, 16)
 """E / E_inner of the specimens; for the same finger: 0.005 to 20 MPa."""
@@ -44,8 +44,7 @@ UNRESOLVED_WEIGHT = 0.1
 """Weight of a press that is too light for the mesh, relative to a resolved one."""
 
 USUAL_RANGES = (1.0, 60.0), (1.0, 60.0)
-"""F / E_inner (mm2, in the same proportion) and E / E_inner for which the error is measured; for the default finger:
-0.03 to 2 N on 0.03 to 2 MPa."""
+"""Forces and moduli for which the error is measured; for the same finger: 0.03 to 2 N on 0.03 to 2 MPa."""
 
 HERTZ_DEPTH_POWER = 2 / 3
 """Power of the force with which the indentation of a Hertzian contact grows."""
@@ -141,11 +140,11 @@ class ResponseValues:
 class Response:
     """Presses of all fingers of one geometry on specimens of one shape; g gauges, q quantities.
 
-    coefficients : (terms, 1 + q g) of indentation (mm) / x^(2/3) and of the gauges' values / x, x = F / E_inner in mm2.
+    coefficients : (terms, 1 + q g) of indentation (mm) / x^(2/3) and of the gauges' values / x, x = F / E_inner in mm2
+    over the finger's `scale`, its `FingerScale.area`.
     deepest : (3, k) rows of E / E_inner, ratio, and the largest x at which the contact stays on its patch.
     strained : largest x for which large strain was measured; infinite if it is not included.
     friction : Coulomb's coefficient, infinite for stick. large_strain : whether it is included.
-    area : square of the finger's length over that of the default finger.
     error : (1 + q g,) root mean square error of presses predicted by a fit of the others: indentation, relative, then
     the gauges' values over the root mean square of the quantity over the gauges.
     """
@@ -158,7 +157,7 @@ class Response:
     error: np.ndarray
     gauge_count: int
     specimen: str
-    area: float = 1.0
+    scale: float = 1.0
 
     def __repr__(self) -> str:
         return f"Response({self.specimen}, {self.gauge_count} gauges, within {PER_CENT * self.error.max():.2g} %)"
@@ -168,8 +167,8 @@ class Response:
 
         Outside the range of the fitted presses the function continues linearly: see `inside`.
         """
-        x = np.asarray(force_N, float) / inner
-        places = (x / self.area, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner))
+        x = self._load(force_N, inner)
+        places = (x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner))
         table, *by = RESPONSE_POLYNOMIAL.terms(places) @ self.coefficients
         slopes = np.array(by)
         scale = np.concatenate(
@@ -190,12 +189,18 @@ class Response:
 
     def inside(self, force_N, modulus_MPa, outer: float, inner: float) -> np.ndarray:
         """(n,) whether presses lie within the range of the fitted presses."""
-        x, e = np.asarray(force_N, float) / inner, np.asarray(modulus_MPa, float) / inner
+        x, e = self._load(force_N, inner), np.asarray(modulus_MPa, float) / inner
         near = np.abs(np.log(self.deepest[1] / (outer / inner)))
         limits = self.deepest[:, near == near.min()]
-        within = (x >= self.area * RESPONSE_FORCES_MM2[0]) & (e >= SPECIMEN_MODULUS_RATIOS[0])
-        within &= e <= SPECIMEN_MODULUS_RATIOS[-1]
+        within = (x >= RESPONSE_FORCES_MM2[0]) & (e >= SPECIMEN_MODULUS_RATIOS[0]) & (e <= SPECIMEN_MODULUS_RATIOS[-1])
         return within & (x <= np.interp(np.log(e), np.log(limits[0]), limits[2]))
+
+    def beyond_large_strain(self, force_N, inner: float) -> np.ndarray:
+        """(n,) whether presses strain a finger of this inner modulus more than was measured at finite strain."""
+        return self._load(force_N, inner) > self.strained
+
+    def _load(self, force_N, inner: float) -> np.ndarray:
+        return np.asarray(force_N, float) / inner / self.scale
 
 
 def response(
@@ -206,23 +211,24 @@ def response(
     friction : as in `papilla.fem.press`; None means stick if large strain is known with it, else 0. Raises `InputError`
     if too few presses stay on the contact's patch.
     """
-    inner, area = family.finger.inner.modulus, FingerScale.of(family.finger).area
+    inner = family.finger.inner.modulus
     members = [family.at(float(ratio) * inner, inner) for ratio in family.ratios]
     flat = specimen.curvature == (0.0, 0.0)
     if friction is None:
         friction = STICK_WORD if flat and all(is_known(reduced, math.inf) for reduced in members) else 0.0
     rubbing = friction_coefficient(friction)
     large = flat and all(is_known(reduced, rubbing) for reduced in members)
+    scale = FingerScale.of(family.finger).area
 
     def make() -> dict[str, np.ndarray]:
         rows = []
         for number, (ratio, member) in enumerate(zip(family.ratios, members, strict=True), start=1):
             progress(f"presses of the family: modulus ratio {ratio:.3g} ({number} of {len(members)})")
-            rows += _presses(member, float(ratio), inner, area, specimen, friction, large)
+            rows += _presses(member, float(ratio), inner, scale, specimen, friction, large)
         if len(rows) < 2 * len(RESPONSE_POLYNOMIAL.powers):
             asked = len(RESPONSE_FORCES_MM2) * len(SPECIMEN_MODULUS_RATIOS) * len(members)
             raise InputError(f"only {len(rows)} of {asked} presses of the family can be made")
-        return _fitted(*(np.array(column) for column in zip(*rows, strict=True)), area=area)
+        return _fitted(*(np.array(column) for column in zip(*rows, strict=True)))
 
     tables = [
         (table.to_json(), weight)
@@ -230,13 +236,16 @@ def response(
         for end in ends_of(rubbing)
         for table, weight in tables_of(reduced, end)
     ]
-    parts = (family.compliance, family.rows, family.reduced.to_arrays(), inner, area)
-    design = (RESPONSE_FORCES_MM2, SPECIMEN_MODULUS_RATIOS, list(POLYNOMIAL_DEGREES), TOTAL_DEGREE_SHARE)
+    parts = (family.compliance, family.rows, family.reduced.to_arrays(), inner)
+    design = (RESPONSE_FORCES_MM2 * scale, SPECIMEN_MODULUS_RATIOS, list(POLYNOMIAL_DEGREES), TOTAL_DEGREE_SHARE)
     key = cache.key(
         __name__, *parts, repr(replace(specimen, modulus=1.0)), str(friction), large, json.dumps(tables), *design
     )
     arrays = cache.fetch("response", key, make)
-    strained = float(arrays["strained"]) if large else math.inf
+    measured = [
+        table.force.max() for reduced in members for end in ends_of(rubbing) for table, _ in tables_of(reduced, end)
+    ]
+    strained = math.exp(TABLE_LOG_MARGIN) * float(min(measured)) / scale if large else math.inf
     return Response(
         arrays["coefficients"],
         arrays["deepest"],
@@ -246,7 +255,7 @@ def response(
         arrays["error"],
         len(family.reduced.gauge_names),
         specimen.words,
-        area,
+        scale,
     )
 
 
@@ -263,12 +272,12 @@ def scaled_presses(
 
 
 def _presses(
-    member: ReducedFinger, ratio: float, inner: float, area: float, specimen: Specimen, friction: Friction, large: bool
+    member: ReducedFinger, ratio: float, inner: float, scale: float, specimen: Specimen, friction: Friction, large: bool
 ) -> list[tuple]:
-    """Presses: (F / E_inner, E / E_inner, ratio), whether the mesh resolves it, whether large strain is known, and
-    (indentation, values of the gauges)."""
+    """Presses: (F / E_inner over the scale, E / E_inner, ratio), whether the mesh resolves it, and (indentation,
+    values of the gauges)."""
     rows: list[tuple] = []
-    grid = area * RESPONSE_FORCES_MM2, SPECIMEN_MODULUS_RATIOS
+    grid = RESPONSE_FORCES_MM2 * scale, SPECIMEN_MODULUS_RATIOS
     for force, modulus, touched, outcome in scaled_presses(member, inner, specimen, friction, *grid):
         if large:
             try:
@@ -277,13 +286,12 @@ def _presses(
             except (ContactRangeError, SolverError):
                 continue
         felt = (outcome.indentation, *outcome.values.flat)
-        rows.append(((force, modulus, ratio), outcome.resolved, BEYOND_STRAIN_TABLES not in outcome.status, felt))
+        place = force / scale, modulus, ratio
+        rows.append((place, outcome.resolved, felt))
     return rows
 
 
-def _fitted(
-    places: np.ndarray, resolved: np.ndarray, strain_known: np.ndarray, felt: np.ndarray, *, area: float
-) -> dict[str, np.ndarray]:
+def _fitted(places: np.ndarray, resolved: np.ndarray, felt: np.ndarray) -> dict[str, np.ndarray]:
     """Fit the polynomials to columns of `_presses`: the arrays of a `Response`.
 
     Presses that are too light for the mesh have the weight `UNRESOLVED_WEIGHT`. The error is that of presses predicted
@@ -291,8 +299,7 @@ def _fitted(
     # Hertz's powers of the force are taken out first: what remains varies slowly, so a few terms describe it.
     x = places[:, 0]
     values = felt / np.column_stack([x**HERTZ_DEPTH_POWER, np.repeat(x[:, None], felt.shape[1] - 1, axis=1)])
-    relative = places / [area, 1.0, 1.0]
-    terms, weight = RESPONSE_POLYNOMIAL.terms(tuple(relative.T))[0], np.where(resolved, 1.0, UNRESOLVED_WEIGHT)[:, None]
+    terms, weight = RESPONSE_POLYNOMIAL.terms(tuple(places.T))[0], np.where(resolved, 1.0, UNRESOLVED_WEIGHT)[:, None]
 
     def solve(chosen: np.ndarray) -> np.ndarray:
         return np.linalg.lstsq((weight * terms)[chosen], (weight * values)[chosen])[0]
@@ -306,16 +313,10 @@ def _fitted(
     sizes = [values[:, :1]]
     for readings in np.split(values[:, 1:], len(GAUGE_QUANTITIES), axis=1):
         sizes.append(np.sqrt((readings**2).mean(axis=1, keepdims=True)).repeat(count, axis=1))
-    usual = [(column >= low) & (column <= high) for column, (low, high) in zip(relative.T, USUAL_RANGES, strict=False)]
+    usual = [(column >= low) & (column <= high) for column, (low, high) in zip(places.T, USUAL_RANGES, strict=False)]
     judged = resolved & usual[0] & usual[1]
     judged = judged if judged.any() else np.ones(len(places), bool)
     error = np.sqrt(np.mean((missed / np.concatenate(sizes, axis=1))[judged] ** 2, axis=0))
     groups = {(e, r): x[(places[:, 1] == e) & (places[:, 2] == r)].max() for e, r in {*map(tuple, places[:, 1:])}}
     deepest = np.array([(e, r, top) for (e, r), top in sorted(groups.items())]).T
-    strained = x[strain_known].max() if strain_known.any() else np.inf
-    return {
-        "coefficients": solve(np.ones(len(places), bool)),
-        "deepest": deepest,
-        "strained": np.array(strained),
-        "error": error,
-    }
+    return {"coefficients": solve(np.ones(len(places), bool)), "deepest": deepest, "error": error}
