@@ -57,9 +57,9 @@ TABLE_ARRAYS = ("force", "modulus", "linear", "finite")
 
 MODEL_ERROR_FREE, MODEL_ERROR_STUCK = 0.005, 0.004
 """Relative error of S_d (one sigma) of a press with large strain, without friction and with it, against a code that
-shares nothing with these presses: 0.47 and 0.35 % rms over nine fingers of `benchmarks/own_fingers.py` (its A, B and C, the
-first three of `--draws 12 --seed 1` and of `--draws 6 --seed 21`). It contains the table, its coarse mesh and the mesh of
-the linear press."""
+shares nothing with these presses: 0.47 and 0.35 % rms over nine fingers of `benchmarks/own_fingers.py` (its A, B and C,
+the first three of `--draws 12 --seed 1` and of `--draws 6 --seed 21`). It contains the table, its coarse mesh and the
+mesh of the linear press."""
 
 LOWERED_FRICTION = (0.7, 0.85)
 """Fractions of a coefficient of friction for which linear presses are made, too; between them the share of stick is
