@@ -128,8 +128,8 @@ def calibrate(
     paths |= {} if bench is None else {"finger": out / "finger.toml"}
     written = [*paths.values(), *([export_c] if export_c else [])]
     design = swept.bench_of(options.design_of(finger))
-    table = swept.table(design)
     options.keep_inputs([finger, *options.surface_files(design), bench, check, log_map], written)
+    table = swept.table(design)
     log = None if bench is None else options.read_press_log(bench, False, sd_alone=True, log_map=log_map)
     presses = None if check is None else options.read_press_log(check, True, sd_alone=True, log_map=log_map)
     if presses is not None and presses.stated_sd is None and len(design.gauges) != len(presses.gauge_names):
