@@ -11,11 +11,11 @@ from papilla.core.errors import InputError
 from papilla.core.units import to_microstrain
 from papilla.design.geometry import STAGE_GAUGES, GeometryMap, gains_of, spent_on
 from papilla.design.scene import DesignScene
-from papilla.fem.finite.strain_tables import BLOCK_MODULUS_RATIOS
+from papilla.fem.finite.strain_tables import FEW_MODULUS_RATIOS
 from papilla.fem.pressing.response import Response
 from papilla.model.finger import Finger
 
-SOFTEST_MODULUS_RATIO = BLOCK_MODULUS_RATIOS[0]
+SOFTEST_MODULUS_RATIO = FEW_MODULUS_RATIOS[0]
 """Smallest ratio of a specimen's modulus to that of the inner layer for which large strain is measured; a calibration
 begins at the next modulus of its table."""
 
