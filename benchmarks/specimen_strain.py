@@ -61,7 +61,7 @@ def rms(values: np.ndarray) -> float:
 def main() -> None:
     """Press drawn scenes and print the changes."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--draws", type=int, default=10)
+    parser.add_argument("--draws", type=int, default=7)
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--out", type=Path)
     given = parser.parse_args()

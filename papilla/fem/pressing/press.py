@@ -49,8 +49,8 @@ compared."""
 SPECIMEN_ERROR_FREE, SPECIMEN_ERROR_RUBBED = 0.02, 0.065
 """One sigma of ln S_d by the large strain of the specimen, which stays linear in all presses, over the mean pressure in
 units of the specimen's modulus; without friction and with it. On blocks of 1.5 to 15 E_inner the reference's
-neo-Hookean block differs from its linear one by 0.014 to 0.029 and 0.05 to 0.08 (rms in each range of pressures;
-`python benchmarks/specimen_strain.py`)."""
+neo-Hookean block differs from its linear one by 0.01 to 0.025 and 0.05 to 0.08 (rms in ranges of pressures up to 0.1
+moduli; `python benchmarks/specimen_strain.py`)."""
 
 SPECIMEN_ERROR_CURVED = 0.11
 """The same for a curved specimen, which has the compliance of a half-space also where its flanks are steep: on a ball
