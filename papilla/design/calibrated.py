@@ -12,7 +12,7 @@ from papilla.calibration.fitting.sweep import DEFAULT_MODULI
 from papilla.core.errors import InputError
 from papilla.core.units import TINY_DIVISOR, UM_PER_MM, to_microstrain
 from papilla.design.geometry import gains_of
-from papilla.design.presses import SOFTEST_MODULUS_RATIO, DesignPresses
+from papilla.design.presses import DesignPresses
 from papilla.design.scene import DesignScene
 from papilla.fem.finite.strain_tables import RELATIVE_TABLE_FORCES
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD, LARGEST_FORCE_RATIO, TABLE_LOG_MARGIN
@@ -71,7 +71,7 @@ def calibration_errors(presses: DesignPresses) -> tuple[float, np.ndarray]:
         swept = swept[_between_forces(finger, swept, math.log(LARGEST_FORCE_RATIO))]
     # Errors are relative to means over a sweep; a thinner one has the same means.
     force, modulus = map(np.ravel, np.meshgrid(swept[:: SWEEP_STEPS[0]], DEFAULT_MODULI[:: SWEEP_STEPS[1]]))
-    valid = (modulus >= SOFTEST_MODULUS_RATIO * inner) & end.inside(force, modulus, outer, inner)
+    valid = (modulus >= presses.softest_MPa) & end.inside(force, modulus, outer, inner)
     if not valid.any():
         raise InputError("no press of a calibration of this finger lies within the range of the model")
     force, modulus = force[valid], modulus[valid]

@@ -24,7 +24,7 @@ from papilla.core.progress import Progress, silent
 from papilla.core.workers import workers
 from papilla.design.places import FOIL_SIZES, Places
 from papilla.fem.finite.strain_tables import RELATIVE_ELEMENT_SIZE, SPANNING_LAYER_RATIOS, begin_large_strain
-from papilla.fem.pressing.large_strain import FIRST_GAUGE, LargeStrain, at_ratio, keep, known
+from papilla.fem.pressing.large_strain import FIRST_GAUGE, LargeStrain, at_ratio, error_of_tables, keep, known
 from papilla.fem.pressing.response import Response, response
 from papilla.fem.reduction.family import MODULUS_RATIO_ENDS, family
 from papilla.fem.reduction.gauges import GAUGE_QUANTITIES
@@ -83,7 +83,7 @@ class GeometryMap:
             return NOT_INCLUDED
         weights = self.places.weights(finger.gauges, finger.shape)
         tables = at_ratio(known(self.finger.strain_sha256), finger.outer.modulus / finger.inner.modulus, stuck)
-        return max(_table_of(table, weights).sd_error(gains_of(finger)) for table, _ in tables)
+        return error_of_tables([_table_of(table, weights) for table, _ in tables], gains_of(finger), stuck)
 
 
 def gains_of(finger: Finger) -> np.ndarray:

@@ -11,13 +11,9 @@ from papilla.core.errors import InputError
 from papilla.core.units import to_microstrain
 from papilla.design.geometry import STAGE_GAUGES, GeometryMap, gains_of, spent_on
 from papilla.design.scene import DesignScene
-from papilla.fem.finite.strain_tables import FEW_MODULUS_RATIOS
+from papilla.fem.pressing.large_strain import softest_ratio
 from papilla.fem.pressing.response import Response
 from papilla.model.finger import Finger
-
-SOFTEST_MODULUS_RATIO = FEW_MODULUS_RATIOS[0]
-"""Smallest ratio of a specimen's modulus to that of the inner layer for which large strain is measured; a calibration
-begins at the next modulus of its table."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +33,7 @@ class DesignPresses:
             responses = self.geometry.of(self.finger)
         force, modulus = self.scene.grid
         softest = self.scene.modulus_MPa[0]
-        least = min((swept for swept in DEFAULT_MODULI if swept >= SOFTEST_MODULUS_RATIO * inner), default=math.inf)
+        least = min((swept for swept in DEFAULT_MODULI if swept >= self.softest_MPa), default=math.inf)
         if responses[0].large_strain and softest < least:
             begins = f"begins at {least:.3g} MPa" if least < math.inf else "has no specimen that is hard enough"
             raise InputError(
@@ -51,6 +47,12 @@ class DesignPresses:
                 at = f"{force[k]:.3g} N on {modulus[k]:.3g} MPa"
                 raise InputError(f"a press leaves what the model covers (contact patch or table): {at}")
         return responses
+
+    @cached_property
+    def softest_MPa(self) -> float:
+        """Modulus of the softest specimen for which large strain of this geometry is known; a calibration begins at the
+        next modulus of its sweep."""
+        return softest_ratio(self.geometry.finger.strain_sha256) * self.finger.inner.modulus
 
     @cached_property
     def readings(self) -> np.ndarray:

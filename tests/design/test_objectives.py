@@ -15,7 +15,6 @@ from papilla.design.geometry import gains_of, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.parameters import made
 from papilla.design.places import Places, foil_of, moved
-from papilla.design.presses import SOFTEST_MODULUS_RATIO
 from papilla.design.scene import Tolerances
 from papilla.fem.reduction.family import MODULUS_RATIO_ENDS
 from papilla.model.finger import Finger
@@ -92,8 +91,8 @@ def test_errors_of_a_calibration_are_shares_of_its_sweep(design):
     thin = replace(finger, gauges=tuple(replace(gauge, lever_mm=0.0) for gauge in finger.gauges))
     force, modulus = map(np.ravel, np.meshgrid(SCENE.swept_N[::6], DEFAULT_MODULI[::3]))
     for one, share in ((design(bent), 0.018), (design(thin), math.hypot(0.018, 0.0025))):
-        end, inner = one.ends[1], one.moduli[1]
-        valid = end.inside(force, modulus, *one.moduli) & (modulus >= SOFTEST_MODULUS_RATIO * inner)
+        end = one.ends[1]
+        valid = end.inside(force, modulus, *one.moduli) & (modulus >= one.softest_MPa)
         felt = end.felt(force[valid], modulus[valid], *one.moduli).values
         reading = 1e6 * (felt * gains_of(one.finger)).sum(axis=1) / force[valid][:, None]
         assert calibration_errors(one)[1] == pytest.approx(share * np.sqrt((reading**2).mean(axis=0)), rel=1e-6)

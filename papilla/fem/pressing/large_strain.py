@@ -341,13 +341,21 @@ def _with(reduced: ReducedFinger, small_strain: Press, changed: dict) -> Press:
 def large_strain_error(reduced: ReducedFinger, friction: float) -> float:
     """Relative error of S_d (one sigma) with large strain: the model's, or the tables' own if they fit worse than it
     says; 0 if there is no table."""
-    ends = ends_of(friction)
-    tables = [table for stuck in ends for table, _ in tables_of(reduced, stuck)]
-    if not tables:
-        return 0.0
-    model = MODEL_ERROR_STUCK if all(ends) else MODEL_ERROR_FREE
-    worst = max(model, *(table.sd_error(reduced.weights) for table in tables))
-    return math.hypot(worst, BETWEEN_FRICTION_ERROR) if 0 < friction < math.inf else worst
+    ends = [(stuck, [table for table, _ in tables_of(reduced, stuck)]) for stuck in ends_of(friction)]
+    worst = max(error_of_tables(tables, reduced.weights, stuck) for stuck, tables in ends)
+    return math.hypot(worst, BETWEEN_FRICTION_ERROR) if worst and 0 < friction < math.inf else worst
+
+
+def error_of_tables(tables: Sequence[LargeStrain], weights: np.ndarray, stuck: bool) -> float:
+    """Relative error of S_d (one sigma), for readings weighted by (q, g): that of the model, or of the worst table if
+    it is larger; 0 without tables."""
+    model = MODEL_ERROR_STUCK if stuck else MODEL_ERROR_FREE
+    return max((max(model, table.sd_error(weights)) for table in tables), default=0.0)
+
+
+def softest_ratio(key: str) -> float:
+    """Smallest E / E_inner of a specimen for which large strain of a geometry is known; 0 without tables."""
+    return max((float(table.modulus.min()) for table in known(key)), default=0.0)
 
 
 def tables_of(reduced: ReducedFinger, stuck: bool = False) -> tuple[tuple[LargeStrain, float], ...]:
