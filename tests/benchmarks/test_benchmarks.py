@@ -25,8 +25,8 @@ SHORT = {
     "mutants": ("calibration --list --count 3", "calibration: papilla/calibration/"),
     "own_fingers": ("--geometry A --size-mm 2.8 --frictions 0", "0.0: 5 of 5 with large strain"),
     "own_identification": (
-        "--geometry default --fingers 1 --presses 15 --friction told --size-mm 2.8",
-        "default, 15 presses, friction told, stick: 1 fingers",
+        "--geometry default --rings 1 --draws 1 --presses 15 --friction stated --size-mm 2.8",
+        "default, 15 presses, friction stated: 1 fingers",
     ),
     "peers": ("--help", "one press by each installed library"),
     "pipeline": ("--seconds 2", "wavelength, friction"),
