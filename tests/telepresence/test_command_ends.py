@@ -164,7 +164,8 @@ def test_a_log_that_is_played_tells_what_its_columns_allow(papilla, way, tmp_pat
     with peer(way["display"], lambda header: HandReading(header, quantity(Length, 0.0))) as (_, heard):
         answer = papilla("telepresence", "sensor", *way["sensor"], "--log", "log.csv", *softness, "--json")
     assert answer.code == 0 and json.loads(answer.out)["periods"] >= 112, "four rows a period at most"
-    message = heard[-1].message
+    # On a loaded machine the last message may be one of the moments in which friction is not known
+    message = next(one.message for one in reversed(heard) if one.message.mu_kinetic.value is not None)
     assert message.lines[0].wavelength.value == pytest.approx(1.5, rel=0.01) and len(message.lines) == 1
     assert (message.mu_kinetic.value, message.force.value) == pytest.approx((0.4, 0.5), rel=0.1)
     assert message.modulus is not None and message.area is not None, "with a calibration and its sweep"
