@@ -42,7 +42,7 @@ SCALED_FORCES = tuple(np.geomspace(0.0036, 0.072, 5).tolist())
 
 FRICTIONS: tuple[Friction, ...] = (STICK_WORD, 0.0)
 SPECIMEN_NU, RIGID_MPA = 0.495, 1e3
-KNOWLEDGE = ("stated", "unstated")
+FRICTION_STATEMENTS = ("stated", "unstated")
 """What a calibration knows of the friction."""
 DEFAULT_HEIGHT_MM = 20.0
 
@@ -226,14 +226,14 @@ def main() -> None:
             print(f"  {friction}: {line_of(rows)}", flush=True)
         if given.intervals and scene.block_MPa < RIGID_MPA:
             judge_intervals(scene, pressed, given.size_mm)
-            print(*(f"  {intervals_line(pressed, name)}" for name in KNOWLEDGE), sep="\n", flush=True)
+            print(*(f"  {intervals_line(pressed, name)}" for name in FRICTION_STATEMENTS), sep="\n", flush=True)
         everything += pressed
         if given.out:
             write_text(given.out, json.dumps({"scenes": [asdict(s) for s in scenes], "presses": everything}))
     small = [row for row in everything if abs(row["block_share"]) < 0.003]
     print(f"all: {line_of(everything)}\nblock's share below 0.3 %: {line_of(small)}")
     if given.intervals:
-        print(*(intervals_line(everything, name) for name in KNOWLEDGE), sep="\n")
+        print(*(intervals_line(everything, name) for name in FRICTION_STATEMENTS), sep="\n")
 
 
 if __name__ == "__main__":
