@@ -73,10 +73,22 @@ def body_of(finger: Finger) -> MeshGeometry:
 
 def narrowest_mm(finger: Finger) -> float:
     """Smallest of a finger's height and half breadths, without a slab's depth; raises what `surfaces_of` raises."""
+    return min(_narrow_side_mm(finger))
+
+
+def sharpest_mm(finger: Finger) -> float:
+    """`narrowest_mm` or, if it is less, the apex's radius of curvature, that of an ellipsoid of this height and
+    breadth."""
+    breadth, height = _narrow_side_mm(finger)
+    return min(breadth, height, breadth**2 / height)
+
+
+def _narrow_side_mm(finger: Finger) -> tuple[float, float]:
+    """Smaller half breadth, without a slab's depth, and height."""
     body = body_of(finger)
-    half = (body.high - body.low) / [1 if name in body.mirrors else 2 for name in "xyz"]
-    half[2] *= 2
-    return float(half[[0, 2]].min() if isinstance(finger.shape, Slab) else half.min())
+    x, y, height = (body.high - body.low).tolist()
+    halves = [side if name in body.mirrors else side / 2 for name, side in zip("xy", (x, y), strict=True)]
+    return halves[0] if isinstance(finger.shape, Slab) else min(halves), height
 
 
 def patch_radius_mm(finger: Finger) -> float:

@@ -9,7 +9,6 @@ import numpy as np
 from papilla.core import settings
 from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, Press, ReducedFinger, press, press_finite
-from papilla.fem.pressing.press import specimen_error
 from papilla.mesh import LayeredMesh, build
 from papilla.model.finger import Dome, Finger
 from papilla.model.specimen import STICK_WORD, THICKNESS_MM, Block, Friction, Sphere, friction_coefficient
@@ -74,16 +73,11 @@ def _large_strain(mesh: LayeredMesh, specimen: Block | Sphere, linear: Press) ->
             "indentation": (pressed.indentation / linear.indentation, exact[0] / before[0]),
         }
         curved = isinstance(specimen, Sphere)
-        ball, stated = (f", {specimen.words}", stated_error(pressed)) if curved else ("", 0.0)
+        ball, stated = (f", {specimen.words}", 2 * pressed.specimen_error) if curved else ("", 0.0)
         for quantity, change in changes.items():
             measure = f"change of {quantity} from small strain against axisymmetric bodies, both at finite strain"
             case = f"large strain {name}, {specimen.modulus:g} MPa{ball}, {quantity}"
             yield Case(case, measure, off(*change), max(stated, RING_CASES.change[quantity]))
-
-
-def stated_error(pressed: Press) -> float:
-    """Half a 95 % interval of S_d, relative, that the status of a press of a ball states."""
-    return 2 * specimen_error(pressed.force, pressed.modulus, pressed.contact_area, pressed.friction, curved=True)
 
 
 def _pressed(specimen: Block | Sphere, linear: bool, friction: float = 0.0) -> tuple[float, float]:

@@ -31,6 +31,7 @@ def make_sweep(moduli, forces, change=lambda force, modulus: 1.0, **values):
         "indentation_mm": force**0.7,
         "contact_area_mm2": 100 * force**0.7,
         "peak_pressure_MPa": 0.02 * force**0.3,
+        "specimen_error": np.zeros(len(force)),
         "resolved": np.ones(len(force), bool),
         "status": ("made up",) * len(force),
         "gauge_names": ("g1", "g2", "g3", "g4", "g5"),

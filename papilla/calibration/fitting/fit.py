@@ -27,8 +27,6 @@ from papilla.calibration.readouts import Compact, ln_sd
 from papilla.core.errors import InputError
 from papilla.core.least_squares import least_squares
 from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES, CONTINUED_GAUGE, CONTINUED_SD
-from papilla.fem.pressing.press import specimen_error
-from papilla.model.specimen import friction_coefficient
 
 FRICTION_CELLS = (Resolution(8),) * 2
 """Number of cells over force and modulus for the change by friction, which is smooth."""
@@ -137,7 +135,8 @@ class ComparedSweeps:
         # Share of the presses beyond the measured range of large strain
         beyond = np.mean([BEYOND_STRAIN_TABLES in status for status in np.array(self.sweep.status)[self.sweep.valid]])
         continued = (CONTINUED_GAUGE if one_site else CONTINUED_SD) * math.sqrt(beyond)
-        strain, specimen = math.hypot(self.strain, continued) * unit, self.specimen + [math.log(unit), 0, 0]
+        strain = math.hypot(self.strain, continued) * unit
+        specimen = None if self.specimen is None else self.specimen + [math.log(unit), 0, 0]
         if self.frictionless is None:
             return replace(uncertainty(fitted, others, one_site=one_site), strain=strain, specimen=specimen)
         change = value(self.frictionless) - value(self.sweep)
@@ -150,15 +149,16 @@ class ComparedSweeps:
         return replace(doubt, strain=strain, specimen=specimen, friction=left_open)
 
     @cached_property
-    def specimen(self) -> np.ndarray:
+    def specimen(self) -> np.ndarray | None:
         """(ln c, m, n) of the relative sigma c F^m E^n of S_d by the specimens' own large strain: a power law, because
-        contact area is nearly one."""
-        sweep, friction = self.sweep, friction_coefficient(self.sweep.friction)
-        force, modulus, area = (
-            column[sweep.valid] for column in (sweep.force_N, sweep.modulus_MPa, sweep.contact_area_mm2)
-        )
-        terms = np.column_stack([np.ones_like(force), np.log(force), np.log(modulus)])
-        return np.linalg.lstsq(terms, np.log(specimen_error(force, modulus, area, friction)))[0]
+        contact area is nearly one. None if no press has such an error."""
+        sweep = self.sweep
+        known = sweep.valid & (sweep.specimen_error > 0)
+        if not known.any():
+            return None
+        ln_force, ln_modulus = np.log(sweep.force_N[known]), np.log(sweep.modulus_MPa[known])
+        terms = np.column_stack([np.ones_like(ln_force), ln_force, ln_modulus])
+        return np.linalg.lstsq(terms, np.log(sweep.specimen_error[known]))[0]
 
 
 def gauge_surfaces(sweep: Sweep, solver: SurfaceFit, doubts: ComparedSweeps) -> tuple[GaugeSurface, ...]:

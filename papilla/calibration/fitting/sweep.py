@@ -21,6 +21,7 @@ from papilla.core.units import gf_to_newton, newton_to_gf
 from papilla.fem import Press, ReducedFinger
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
 from papilla.fem.pressing.large_strain import is_known, known, large_strain_error
+from papilla.fem.pressing.press import CONTACT_MEASURES
 from papilla.fem.reduction.reduced import needs_reduced
 from papilla.mesh.scale import FingerScale, rounded
 from papilla.model.finger import Finger
@@ -39,7 +40,7 @@ SHOWN_PRESS = (0.588, SPECIMENS_MPA[1])
 """Force (N) and modulus (MPa) of the press that is shown or compared: 60 gf on the middle one of the published
 specimens."""
 NUMBER_COLUMNS = ("force_N", "modulus_MPa", "sd_microstrain", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa")
-
+ARRAY_COLUMNS = (*NUMBER_COLUMNS, "specimen_error", "reading", "resolved")
 
 NOT_INCLUDED = 0.018
 """Relative standard deviation of S_d if large strain is not included: it changes S_d by up to twice as much."""
@@ -124,6 +125,7 @@ class Sweep:
     reading : (n, g) in microstrain; NaN if the press left the range of the model.
     sd_microstrain : (n,) population standard deviation (ddof 0) of the readings.
     indentation_mm, contact_area_mm2, peak_pressure_MPa : (n,).
+    specimen_error : (n,) one sigma of ln S_d by the specimens' own large strain.
     resolved : (n,) bool, whether the mesh was fine enough.
     status : n sentences.
     gauge_names : g names.
@@ -141,6 +143,7 @@ class Sweep:
     indentation_mm: np.ndarray
     contact_area_mm2: np.ndarray
     peak_pressure_MPa: np.ndarray
+    specimen_error: np.ndarray
     resolved: np.ndarray
     status: tuple[str, ...]
     gauge_names: tuple[str, ...]
@@ -204,7 +207,7 @@ class Sweep:
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Everything as named arrays, as the cache keeps them."""
-        arrays = {name: getattr(self, name) for name in (*NUMBER_COLUMNS, "reading", "resolved")}
+        arrays = {name: getattr(self, name) for name in ARRAY_COLUMNS}
         others = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in arrays}
         return arrays | {"others": np.array(json.dumps(others))}
 
@@ -214,7 +217,7 @@ class Sweep:
         try:
             others: dict[str, Any] = json_value(str(arrays["others"]), "others", finite=False)
             others["status"], others["gauge_names"] = tuple(others["status"]), tuple(others["gauge_names"])
-            columns: dict[str, Any] = {name: arrays[name] for name in (*NUMBER_COLUMNS, "reading", "resolved")}
+            columns: dict[str, Any] = {name: arrays[name] for name in ARRAY_COLUMNS}
             table = cls(**columns, **others)
         except (KeyError, TypeError) as error:
             raise FileFormatError(f"a sweep is not complete: {error}") from error
@@ -275,13 +278,14 @@ def sweep(
             pressed = corrected(reduced, touched, pressed) if large_strain else pressed
         except ContactRangeError as error:
             blank = [float("nan")] * len(reduced.gauge_names)
-            rows.append((force, modulus, blank, *[float("nan")] * len(NUMBER_COLUMNS[2:]), False, str(error)))
+            rows.append((force, modulus, blank, *[float("nan")] * len(NUMBER_COLUMNS[2:]), 0.0, False, str(error)))
         else:
-            measures = (pressed.sd, pressed.indentation, pressed.contact_area, pressed.peak_pressure)
-            rows.append((force, modulus, pressed.reading.tolist(), *measures, pressed.resolved, pressed.status))
+            measures = [getattr(pressed, name) for name in (*CONTACT_MEASURES, "specimen_error")]
+            reading = pressed.reading.tolist()
+            rows.append((force, modulus, reading, pressed.sd, *measures, pressed.resolved, pressed.status))
         progress(CountedStep("sweeping over force and modulus", len(rows), len(moduli) * len(forces)))
     *columns, status = zip(*rows, strict=True)
-    names = (*NUMBER_COLUMNS[:2], "reading", *NUMBER_COLUMNS[2:], "resolved")
+    names = (*NUMBER_COLUMNS[:2], "reading", *NUMBER_COLUMNS[2:], "specimen_error", "resolved")
     values: dict = dict(zip(names, map(np.array, columns), strict=True))
     return Sweep(
         **values,

@@ -9,7 +9,7 @@ magnitude per step; if it does not, the tangent is recomputed, and the step is N
 """
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -28,6 +28,10 @@ RESIDUAL_TOLERANCE = 1e-8
 
 MAX_STEPS = 40
 """Largest number of steps at one load."""
+
+FREE_STEPS = 2
+"""Number of first steps at a load in which nodes that come into contact have no shear, so that they show how far they
+move before they stick."""
 
 MIXED_STEPS = 5
 """Number of steps whose differences Anderson's mixing combines."""
@@ -132,22 +136,23 @@ def solve_level(
     tolerance: float | None = None,
 ) -> tuple[State, int, Balance, Linearisation]:
     """Equilibrium at a force on the patch (N) or an indentation (mm), from a nearby state; with the number of steps,
-    the residuals, and the linearisation for the next load. With friction, `state` is also the state from which slip
-    counts.
+    the residuals, and the linearisation for the next load. With friction, slip counts from the place where a node was
+    at that state or, if it was not in contact there, where it comes into contact on the way.
 
     Raises `StepError` if it does not converge.
     """
-    before = iterate
     tolerance = RESIDUAL_TOLERANCE if tolerance is None else tolerance
-    touch = origin = touching.at(iterate.displacement, iterate.contact)
+    touch = touching.at(iterate.displacement, iterate.contact)
+    entry = _Entry.at(touching, touch, iterate)
     inside = body.forces(iterate.displacement, iterate.pressure)
     split = body.free_displacements
     mixing, past = _Mixing(split), [np.inf]
     # Split the unknowns: what the linear finger does under these tractions, and the drift, which large strain adds.
     drift = _free(body, iterate) - linearisation.response @ iterate.contact
     for step in range(1, MAX_STEPS + 1):
-        slid_from = before, origin.shift
-        wanted = _in_contact(body, touching, touch, slid_from, iterate, linearisation, drift, force, indentation)
+        if step == FREE_STEPS + 1:
+            entry = entry.ended(touching, touch, iterate.active)
+        wanted = _in_contact(body, touching, touch, entry, iterate, linearisation, drift, force, indentation)
         iterate, inside, full_step = _right_side_out(body, iterate, wanted, inside)
         touch = touching.at(iterate.displacement, iterate.contact)
         outside = np.zeros_like(inside.force)
@@ -156,7 +161,7 @@ def solve_level(
         past.append(balance.worst)
         if not np.isfinite(balance.worst):
             break
-        if balance.worst <= tolerance:
+        if balance.worst <= tolerance and not entry.open:
             return iterate, step, balance, linearisation
         # Three steps have not helped enough: a new tangent pays for itself.
         if len(past) > 4 and past[-1] > RESIDUAL_AFTER_THREE_STEPS * past[-4]:
@@ -172,30 +177,68 @@ def solve_level(
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Entry:
+    """Where the n nodes of a patch come into contact during a load step, and so from where their slip counts.
+
+    The larger the step, the more nodes come into contact within it, each at its own moment. First they have no shear
+    (`open`), and move as they would if they were free. They come into contact in the order of their distances, and the
+    contact's area grows as they move: a node whose distance is exceeded by a share of the entering area has made that
+    share of its movement when it sticks. A step of 1.7 times the load is then as good as one of 1.3 that counts slip
+    from its begin.
+
+    origin : (2 n,) places along the plane, weighted by the mass, mm3. fixed : (2, n) tractions that are kept zero.
+    stuck : (n,) nodes in contact at the begin. distance : (n,) from the specimen at the begin, mm.
+    """
+
+    origin: np.ndarray
+    fixed: np.ndarray | None
+    stuck: np.ndarray
+    distance: np.ndarray
+    open: bool
+
+    @classmethod
+    def at(cls, touching: Touching, touch: SkinContact, iterate: State) -> "_Entry":
+        """The entry of a step that begins at a state."""
+        mass, fixed, stuck = touching.patch.mass, touching.fixed, iterate.active
+        distance = (touch.gap + (touching.compliance @ iterate.contact)[: len(mass)]) / mass
+        fixed = None if fixed is None else fixed | ~stuck
+        return cls(touch.place, fixed, stuck, distance, fixed is not None)
+
+    def ended(self, touching: Touching, touch: SkinContact, active: np.ndarray) -> "_Entry":
+        """The entry after which all nodes may stick, from a state in which the new ones have no shear."""
+        if not self.open:
+            return self
+        mass, order = touching.patch.mass, np.argsort(self.distance)
+        entering = np.where(self.stuck, 0.0, mass)
+        nearer = np.empty_like(mass)
+        nearer[order] = np.cumsum(entering[order]) - entering[order] / 2
+        share = np.minimum(nearer / max(entering @ active, mass.min()), 1.0)
+        moved = touch.place - self.origin
+        origin = self.origin + np.tile(share, SPACE_AXES - 1) * moved * ~np.tile(self.stuck, SPACE_AXES - 1)
+        return replace(self, origin=origin, fixed=touching.fixed, open=False)
+
+
 def _in_contact(
     body: Body,
     touching: Touching,
     touch: SkinContact,
-    slid_from: tuple[State, np.ndarray],
+    entry: "_Entry",
     iterate: State,
     linearisation: Linearisation,
     drift: np.ndarray,
     force: float | None,
     indentation: float | None,
 ) -> State:
-    """The state whose unknowns are the response to tractions plus the drift, with gap and slip linearised.
-
-    slid_from : the state from which slip counts, and the shift of its contact.
-    """
-    (origin, shift), mass, n = slid_from, touching.patch.mass, len(touching.patch.mass)
+    """The state whose unknowns are the response to tractions plus the drift, with gap and slip linearised."""
+    mass, n = touching.patch.mass, len(touching.patch.mass)
     # Gap and slip of the present state, moved to that of the drift alone; the contact problem adds the response to its
     # tractions.
     gap = touch.gap + linearisation.loads[:, :n].T @ (drift - _free(body, iterate))
-    slid = linearisation.loads[:, n:].T @ (_free(body, origin) - drift) + (touching.compliance @ origin.contact)[n:]
-    slid += (shift - touch.shift)[n:]
+    slid = entry.origin - linearisation.loads[:, n:].T @ drift - touch.shift[n:]
     moved = np.concatenate([np.zeros(n), slid]).reshape(-1, n)
     start = StepState(0.0, 0.0, iterate.contact.reshape(-1, n), iterate.active, 0.0, moved, np.zeros(n, dtype=bool))
-    problem = ContactProblem(linearisation.compliance + touching.compliance, mass, gap, touching.fixed)
+    problem = ContactProblem(linearisation.compliance + touching.compliance, mass, gap, entry.fixed)
     solved = contact_step(problem, start, touching.friction, force=force, indentation=indentation)
     if not solved.active.any() and iterate.contact.any():
         raise StepError("the skin leaves the specimen")

@@ -19,7 +19,9 @@ from papilla.fem.finite.body import Body, Card
 from papilla.fem.finite.newton import Balance, Linearisation, State, solve_level
 from papilla.fem.finite.touching import STICK_FRICTION, Touching
 from papilla.fem.pressing.contact import contact_shape
-from papilla.fem.pressing.press import Press, check_scene, refuse_detail, refuse_rim, too_coarse, with_specimen_note
+from papilla.fem.pressing.press import Press, check_scene, refuse_detail, refuse_rim, too_coarse
+from papilla.fem.pressing.specimen_strain import with_specimen_strain
+from papilla.fem.reduction.finger_model import layers_below
 from papilla.fem.reduction.gauges import GAUGE_QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
 from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame
@@ -30,7 +32,7 @@ from papilla.model.finger import Finger
 from papilla.model.materials import Material, NeoHookean, checked_material
 from papilla.model.specimen import Friction, Specimen, friction_coefficient
 
-LOAD_GROWTH, FIRST_LOAD = 1.3, 0.1
+LOAD_GROWTH, FIRST_LOAD = 1.7, 0.2
 """Steps of the load with friction: ratio of a step to the one before, and the first one as a share of the last."""
 
 ON_THE_WAY = 1e-3
@@ -78,7 +80,8 @@ def press_finite(
     refuse_detail(specimen, scene.touching.patch, mesh.size_mm)
     share = None if force is None else force / len(scene.touching.patch.images)
     equilibrium, steps, balance, _ = press_path(scene, share, indentation, progress)
-    return result(scene, equilibrium, force, _sentence(steps, balance), began)
+    press = result(scene, equilibrium, force, _sentence(steps, balance), began)
+    return with_specimen_strain(press, scene.skin, specimen.curvature != (0.0, 0.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,13 +120,14 @@ class Readout:
 
 @dataclass(frozen=True, eq=False)
 class PressProblem:
-    """A finger and a specimen, ready to be pressed: the body of the cell, its contact, and the readout of its
-    gauges."""
+    """A finger and a specimen, ready to be pressed: the body of the cell, its contact, the readout of its
+    gauges, and thickness (mm) and modulus (MPa) of the skin where it is touched."""
 
     finger: Finger
     body: Body
     touching: Touching
     readout: Readout
+    skin: tuple[float, float]
 
     @classmethod
     def of(
@@ -147,7 +151,8 @@ class PressProblem:
         refuse_finite(len(space.mesh.tets), space.unknowns, len(loaded.patch.xy), mesh.size_mm)
         body = Body(space, cards, space.free(SYMMETRIC_PARITY, mesh.mirrors))
         readout = Readout.of(finger, surfaces["interface"], space, mesh.mirrors)
-        return cls(finger, body, Touching(loaded, specimen, friction), readout)
+        thickness, modulus = layers_below(finger, mesh, frame)[0].tolist()
+        return cls(finger, body, Touching(loaded, specimen, friction), readout, (thickness, modulus))
 
     def force(self, equilibrium: State) -> float:
         """Force on the patch (N)."""
@@ -286,7 +291,7 @@ def result(scene: PressProblem, equilibrium: State, force: float | None, sentenc
             "; the pressure keeps its direction where the specimen deforms: it has no compliance along its surface"
         )
     coarse = too_coarse(shape.area, current.mean_edge(equilibrium.active), scene.body.space.mesh.size_mm)
-    press = Press(
+    return Press(
         modulus=specimen.modulus,
         weights=gauge_weights(finger),
         seconds=perf_counter() - began,
@@ -304,4 +309,3 @@ def result(scene: PressProblem, equilibrium: State, force: float | None, sentenc
         pressure=pressure,
         active=equilibrium.active,
     )
-    return with_specimen_note(press, specimen.curvature != (0.0, 0.0))

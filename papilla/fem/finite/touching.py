@@ -47,12 +47,14 @@ class SkinContact:
         pressure: a contact problem adds this product for the pressure that it looks for.
     shift : what the specimen's answer is beyond `compliance` times the tractions, in mm3: of the gap (n,), which
         contains it; with friction followed by that of the movement along the plane (3n,).
+    place : (2n,) of the nodes on the specimen along the plane, weighted by the mass, mm3; empty without friction.
     coupling : (nodes, n) areas in mm2 by which a patch node's traction loads the nodes of the cell.
     directions : (k, n, 3) in which a unit pressure acts on the skin; with friction followed by the plane's axes.
     """
 
     gap: np.ndarray
     shift: np.ndarray
+    place: np.ndarray
     coupling: sp.csr_matrix
     directions: np.ndarray
 
@@ -135,13 +137,15 @@ class Touching:
         """Contact with the skin after a displacement (nodes, 3) in mm, under a contact pressure (n,), with friction
         followed by the tangential tractions (3n,), in MPa."""
         patch, frame, coupling = self.patch, self.loaded.frame, self._coupling
-        answer, slope = self._answer(self._along(displacement), contact)
+        moved, n = self._along(displacement), len(patch.mass)
+        answer, slope = self._answer(moved, contact)
         shift = answer - self.compliance @ contact
-        gap = weak_gap(patch, self.specimen) + shift[: len(patch.mass)] - coupling.T @ (displacement @ frame.axes[2])
+        place = (patch.mass * moved.T).ravel()[: len(answer) - n] + answer[n:]
+        gap = weak_gap(patch, self.specimen) + shift[:n] - coupling.T @ (displacement @ frame.axes[2])
         directions = [slope @ frame.axes[:2] - frame.axes[2]]
         if self.friction:
             directions += [np.broadcast_to(axis, directions[0].shape) for axis in frame.axes[:2]]
-        return SkinContact(gap, shift, coupling, np.array(directions))
+        return SkinContact(gap, shift, place, coupling, np.array(directions))
 
     def _answer(self, moved: np.ndarray, contact: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The specimen's surface under a contact, where the skin has moved along the plane by `moved` (n, 2), in mm.

@@ -24,7 +24,8 @@ import numpy as np
 from papilla.core import cache
 from papilla.core.outside import json_value, read_json
 from papilla.core.units import PER_CENT
-from papilla.fem.pressing.press import CONTACT_MEASURES, SILENT_SD_SHARE, Press, with_specimen_note
+from papilla.fem.pressing.press import CONTACT_MEASURES, SILENT_SD_SHARE, Press
+from papilla.fem.pressing.specimen_strain import with_specimen_strain
 from papilla.fem.reduction.gauges import GAUGE_QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.model.finger import DEFAULT_FINGER
@@ -328,13 +329,14 @@ def between_ends(
 def _with(reduced: ReducedFinger, small_strain: Press, changed: dict) -> Press:
     """A press with the gauges' `values` (q, g) and the `MEASURES` as changed by large strain."""
     error = large_strain_error(reduced, small_strain.friction)
-    strained = replace(small_strain, large_strain=True, **changed)
+    skin = reduced.skin_thickness, float(reduced.layers[0, 1])
+    strained = with_specimen_strain(replace(small_strain, large_strain=True, **changed), skin)
     change = (
         "readings to" if small_strain.silent else f"{PER_CENT * (strained.sd / small_strain.sd - 1):+.1f} % in S_d, to"
     )
     unit = "%" if small_strain.silent else "% of it"
     note = f"large strain included ({change} {PER_CENT * error:.2f} {unit})"
-    return with_specimen_note(replace(strained, status=f"{small_strain.status}; {note}"), curved=False)
+    return replace(strained, status=f"{strained.status}; {note}")
 
 
 @kept()

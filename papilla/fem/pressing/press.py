@@ -2,9 +2,8 @@
 result."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -46,20 +45,6 @@ SILENT_SD_SHARE = 1e-9
 """S_d relative to the largest reading, below which S_d says nothing (one gauge, or mirror images): then readings are
 compared."""
 
-SPECIMEN_ERROR_FREE, SPECIMEN_ERROR_RUBBED = 0.02, 0.065
-"""One sigma of ln S_d by the large strain of the specimen, which stays linear in all presses, over the mean pressure in
-units of the specimen's modulus; without friction and with it. On blocks of 1.5 to 15 E_inner the reference's
-neo-Hookean block differs from its linear one by 0.01 to 0.025 and 0.05 to 0.08 (rms in ranges of pressures up to 0.1
-moduli; `python benchmarks/specimen_strain.py`)."""
-
-SPECIMEN_ERROR_CURVED = 0.14
-"""The same for a curved specimen, which has the compliance of a half-space also where its flanks are steep: rms of four
-presses (`papilla verify --only revolution`). On a ball of 0.1 MPa and 10 mm radius, where the mean pressure is 0.14
-moduli, S_d is 1.9 % too large without friction and 3.1 % stuck; on one of 0.5 MPa and 20 mm 0.1 % off."""
-
-STATED_SPECIMEN_ERROR = 0.0015
-"""This sigma, above which the status of a press states it."""
-
 LIGHTEST_LOAD = 1e-18
 """Smallest force (relative to modulus times the square of an element) and indentation (in elements): smaller ones are
 near the limit of floating-point numbers."""
@@ -86,6 +71,7 @@ class Press:
     finger_share : share of the indentation by which the finger deforms; the specimen takes the rest. NaN if not known.
     status : what happened, in a sentence. resolved : whether the mesh is fine enough for this contact.
     pressure : (n,) in MPa at the patch nodes. active : (n,) nodes in contact.
+    specimen_error : one sigma of ln S_d by the specimen's own large strain (`specimen_strain`).
     shear : (2, n) tangential tractions on the finger along the contact plane's axes, MPa; None without friction.
     seconds : that the whole press took; 0 for a part of one.
     """
@@ -107,6 +93,7 @@ class Press:
     large_strain: bool = False
     friction: float = 0.0
     finger_share: float = np.nan
+    specimen_error: float = 0.0
     seconds: float = 0.0
 
     def __repr__(self) -> str:
@@ -197,21 +184,6 @@ def check_scene(
     if (loads[0] is None) == (loads[1] is None):
         raise InputError("give exactly one of force and indentation")
     return loads[0], loads[1]
-
-
-def specimen_error(force: Any, modulus: Any, area: Any, friction: float, curved: bool = False) -> Any:
-    """One sigma of ln S_d by the large strain of a specimen, for forces (N), moduli (MPa) and contact areas (mm2)."""
-    flat = SPECIMEN_ERROR_RUBBED if friction else SPECIMEN_ERROR_FREE
-    return (SPECIMEN_ERROR_CURVED if curved else flat) * force / (modulus * area)
-
-
-def with_specimen_note(press: Press, curved: bool) -> Press:
-    """The press; if its specimen is strained much, the status says what that may cost."""
-    error = specimen_error(press.force, press.modulus, press.contact_area, press.friction, curved)
-    if error <= STATED_SPECIMEN_ERROR:
-        return press
-    note = f"the specimen's own large strain is left out: S_d within {2 * PER_CENT * error:.1f} %"
-    return replace(press, status=f"{press.status}; {note}")
 
 
 def refuse_detail(specimen: Specimen, patch: Patch, size: float) -> None:

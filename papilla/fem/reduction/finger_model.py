@@ -98,7 +98,7 @@ class FingerModel:
             half_space=half_space_compliance(loaded.patch),
             rows=rows,
             weights=gauge_weights(self.finger),
-            layers=self._layers_below(loaded.frame),
+            layers=layers_below(self.finger, self.mesh, loaded.frame),
             strain_key=self.finger.strain_sha256,
             bench=self.finger.bench,
             facets=facet_deviation(self.surfaces["skin"], loaded.frame.origin, patch_radius_mm(self.finger) / 4),
@@ -263,20 +263,21 @@ class FingerModel:
             influence.append(np.hstack(solved))
         return compliance, np.sum(influence, axis=0).reshape(len(GAUGE_QUANTITIES), len(self.finger.gauges), -1)
 
-    def _layers_below(self, frame: Frame) -> np.ndarray:
-        """Thickness (mm) and Young's modulus (MPa) (k, 2) of the layers below the touch-down point, down to a clamped
-        surface: a rigid bone or the base plane."""
-        # Walk down along the inward normal and note where the levels of the surfaces change sign. A level is positive
-        # outside of its surface; the walk is longer than the finger, so that it meets the base in any case.
-        down = np.linspace(0, 2 * np.abs(self.mesh.points).max(), WALK_POINTS)[1:]
-        points = frame.origin - down[:, None] * frame.axes[2]
-        levels = [self.surfaces["interface"].level(points), self.surfaces["bone"].level(points)]
-        *ends, base = (_crossing(down, level) for level in (*levels, points[:, 2] - self.mesh.points[:, 2].min()))
-        moduli = [layer.modulus for layer in (self.finger.outer, self.finger.inner, self.finger.bone) if layer]
-        # The last layer ends at the clamped surface: the bone if it is rigid, else the base. Nothing is below the base.
-        depths = np.minimum([*ends, base][: len(moduli)], base)
-        thickness = np.diff(np.maximum.accumulate(np.append(0, depths)))
-        return np.column_stack([thickness, moduli])[thickness > 0]
+
+def layers_below(finger: Finger, mesh: LayeredMesh, frame: Frame) -> np.ndarray:
+    """Thickness (mm) and Young's modulus (MPa) (k, 2) of the layers below a touch-down point, down to a clamped
+    surface: a rigid bone or the base plane."""
+    # Walk down along the inward normal and note where the levels of the surfaces change sign. A level is positive
+    # outside of its surface; the walk is longer than the finger, so that it meets the base in any case.
+    down = np.linspace(0, 2 * np.abs(mesh.points).max(), WALK_POINTS)[1:]
+    points, surfaces = frame.origin - down[:, None] * frame.axes[2], surfaces_of(finger)
+    levels = [surfaces["interface"].level(points), surfaces["bone"].level(points)]
+    *ends, base = (_crossing(down, level) for level in (*levels, points[:, 2] - mesh.points[:, 2].min()))
+    moduli = [layer.modulus for layer in (finger.outer, finger.inner, finger.bone) if layer]
+    # The last layer ends at the clamped surface: the bone if it is rigid, else the base. Nothing is below the base.
+    depths = np.minimum([*ends, base][: len(moduli)], base)
+    thickness = np.diff(np.maximum.accumulate(np.append(0, depths)))
+    return np.column_stack([thickness, moduli])[thickness > 0]
 
 
 def tangential_of(finger: Finger, mesh: LayeredMesh, element: str, at: tuple[float, float]):
