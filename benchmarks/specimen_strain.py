@@ -1,11 +1,13 @@
-"""What large strain in the specimen changes, which papilla's presses leave out, by the axisymmetric reference.
+"""What large strain in the specimen changes, which papilla's presses have as a term, by the axisymmetric reference.
 
 `python benchmarks/specimen_strain.py [--draws N --seed S] [--out FILE]`
 
 Pressed are drawn domes of `own_fingers` on bonded blocks of 1.5 to 15 E_inner, once with a neo-Hookean block and once
 with one that stays linear; in both the finger is at finite strain and the pressure acts along the deformed surfaces.
-Printed are, by ranges of the mean pressure over the block's modulus, the change of ln S_d (rms and worst, %), its rms
-over that ratio, and the change of the gauges (rms over the largest reading of their press, %).
+Printed are, by ranges of the mean pressure over the block's modulus, the change of ln S_d (rms and worst, %), what
+`papilla.fem.pressing.specimen_strain` leaves of it, that over the stated sigma, and the change of the gauges (rms over
+the largest reading of their press, %). Last come the coefficients that these presses would give, and what remains of
+presses of fingers that were left out of such a fit.
 """
 
 import argparse
@@ -19,6 +21,8 @@ from own_fingers import SCALED_FORCES, Scene, drawn
 
 from papilla.core.errors import SolverError
 from papilla.core.files import write_text
+from papilla.core.units import PER_CENT
+from papilla.fem.pressing.specimen_strain import specimen_change
 from papilla.mesh.body import narrowest_mm
 from papilla.model.specimen import STICK_WORD, friction_coefficient
 from papilla.references.axisymmetric.presses import press_path
@@ -27,6 +31,7 @@ BLOCK_MODULUS_RATIOS = (1.5, 15.0)
 """Range of E / E_inner of the blocks, drawn evenly on a logarithmic scale."""
 
 PRESSURE_EDGES = (0.0, 0.02, 0.03, 0.045, 0.06, 0.08, 0.1, math.inf)
+KEYS_OF_FIT = ("hindered", "radius", "pressure", "sd")
 
 
 def changes(scene: Scene, friction: float) -> list[dict]:
@@ -39,18 +44,46 @@ def changes(scene: Scene, friction: float) -> list[dict]:
     rows = []
     for load in loads.tolist():
         strain, before = (path.at(load)[1][0] for path in (full, linear))
-        area = math.pi * float(np.interp(load, full.force, full.radius)) ** 2
+        radius = float(np.interp(load, full.force, full.radius))
+        pressure, skin_mm = load / (math.pi * radius**2) / scene.block_MPa, scene.outer[1] - scene.interface[1]
+        change, error = specimen_change(pressure, scene.block_MPa, radius, (skin_mm, scene.outer_MPa), friction)
         gauges = (strain - before) / np.abs(before).max()
+        sd = math.log(strain.std() / before.std())
         rows.append(
             {
                 "scene": asdict(scene),
                 "stuck": bool(friction),
-                "pressure": load / area / scene.block_MPa,
-                "sd": math.log(strain.std() / before.std()),
+                "pressure": pressure,
+                "hindered": pressure * scene.outer_MPa / (scene.outer_MPa + scene.block_MPa),
+                "radius": radius / skin_mm,
+                "sd": sd,
+                "left": sd - change,
+                "sigma": error,
                 "gauge": float(np.sqrt((gauges**2).mean())),
             }
         )
     return rows
+
+
+def fitted(rows: list[dict]) -> str:
+    """Coefficients of the term by the presses that stick, weighted by 1 / sqrt(p/E), and the change that remains of a
+    finger that is left out."""
+    hindered, radius, pressure, sd = (np.array([row[key] for row in rows]) for key in KEYS_OF_FIT)
+    number = np.unique([row["scene"]["name"] for row in rows], return_inverse=True)[1]
+    weight = 1 / np.sqrt(pressure)
+    terms = weight[:, None] * np.column_stack([hindered, hindered * radius])
+    left = np.zeros(len(rows))
+    for finger in range(number.max() + 1):
+        others = number != finger
+        left[~others] = (weight * sd - terms @ np.linalg.lstsq(terms[others], (weight * sd)[others])[0])[~others]
+    first, second = np.linalg.lstsq(terms, weight * sd)[0]
+    near = pressure < PRESSURE_EDGES[-2] + 0.01
+    left = (left / weight)[near]
+    return (
+        f"stuck, fitted to these: {first:.3f} {second:+.3f} a/skin; of fingers left out, p/E up to 0.11: "
+        f"{PER_CENT * rms(sd[near]):.2f} % before, {PER_CENT * rms(left):.2f} after, {rms(left / hindered[near]):.3f} "
+        "over the hindered strain"
+    )
 
 
 def rms(values: np.ndarray) -> float:
@@ -75,16 +108,19 @@ def main() -> None:
                 print(f"scene {scene.name}, friction {friction:g}: {error}", flush=True)
         if given.out:
             write_text(given.out, json.dumps(rows))
-    pressure, sd, gauge, stuck = (np.array([row[key] for row in rows]) for key in ("pressure", "sd", "gauge", "stuck"))
+    columns = ("pressure", "sd", "left", "sigma", "gauge", "stuck")
+    pressure, sd, left, sigma, gauge, stuck = (np.array([row[key] for row in rows]) for key in columns)
     for friction, name in ((False, "without friction"), (True, "stuck")):
         for low, high in zip(PRESSURE_EDGES, PRESSURE_EDGES[1:], strict=False):
             here = (stuck == friction) & (pressure >= low) & (pressure < high)
             if here.any():
                 print(
-                    f"{name}, p/E {low:g} to {high:g}: {here.sum()} presses; S_d {100 * rms(sd[here]):.2f} rms, "
-                    f"{100 * np.abs(sd[here]).max():.2f} worst; over p/E {rms(sd[here] / pressure[here]):.3f}; "
-                    f"gauges {100 * rms(gauge[here]):.2f}"
+                    f"{name}, p/E {low:g} to {high:g}: {here.sum()} presses; S_d {PER_CENT * rms(sd[here]):.2f} rms, "
+                    f"{PER_CENT * np.abs(sd[here]).max():.2f} worst; left {PER_CENT * rms(left[here]):.2f} and "
+                    f"{PER_CENT * np.abs(left[here]).max():.2f}, {rms((left / sigma)[here]):.2f} sigma; gauges "
+                    f"{PER_CENT * rms(gauge[here]):.2f}"
                 )
+    print(fitted([row for row in rows if row["stuck"]]))
 
 
 if __name__ == "__main__":

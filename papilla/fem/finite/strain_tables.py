@@ -19,7 +19,7 @@ from papilla.core.errors import ContactRangeError, InputError, SolverError
 from papilla.core.progress import CountedStep, Progress, counted, silent
 from papilla.core.workers import Start, workers
 from papilla.fem.finite.newton import Linearisation
-from papilla.fem.finite.pressing import PressProblem, press_path, result
+from papilla.fem.finite.pressing import LOAD_GROWTH, PressProblem, press_path, result
 from papilla.fem.finite.touching import STICK_FRICTION, Touching
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.large_strain import LEAST_PRESSES, LargeStrain, at_ratio, keep, known
@@ -67,12 +67,14 @@ def measure_large_strain(
     friction: Friction = 0.0,
     forces: Sequence[float] = RELATIVE_TABLE_FORCES,
     moduli: Sequence[float] = BLOCK_MODULUS_RATIOS,
+    growth: float = LOAD_GROWTH,
     progress: Progress = silent,
 ) -> LargeStrain:
     """The table of a finger on its mesh, pressed at the apex; `progress` counts the presses.
 
     forces, moduli : F / (E_inner H^2) and E / E_inner, H being `narrowest_mm`.
     friction : 0, or "stick" for presses in which nothing slips. Presses outside the range of either model are left out.
+    growth : of the load between steps, with friction.
     Raises `InputError` if too few remain or if there are not two layers below the apex, and what reducing and
     factorising raise.
     """
@@ -82,7 +84,8 @@ def measure_large_strain(
     coefficient = friction_coefficient(friction)
     rows: list[tuple] = []
     loads = [force * inner * narrowest_mm(finger) ** 2 for force in forces]
-    for finite, _ in paths(finger, mesh, loads, [modulus * inner for modulus in moduli], friction, progress):
+    on = [modulus * inner for modulus in moduli]
+    for finite, _ in paths(finger, mesh, loads, on, friction, progress, growth):
         touched = finger.bench.specimen(finite.modulus)
         try:
             # The nodal contact without the ellipse's correction, because presses at finite strain have the same nodal
@@ -123,6 +126,7 @@ def paths(
     moduli: Sequence[float],
     friction: Friction,
     progress: Progress,
+    growth: float = LOAD_GROWTH,
 ) -> Iterator[tuple[Press, tuple[float, float]]]:
     """The presses of `finite_presses` on blocks that stay linear, and the skin where they are touched."""
     linearisation: Linearisation | None = None
@@ -137,7 +141,13 @@ def paths(
             began, share = perf_counter(), force / len(scene.touching.patch.images)
             try:
                 equilibrium, *_, linearisation = press_path(
-                    scene, share, None, start=equilibrium, linearisation=linearisation, tolerance=FINITE_PRESS_TOLERANCE
+                    scene,
+                    share,
+                    None,
+                    start=equilibrium,
+                    linearisation=linearisation,
+                    tolerance=FINITE_PRESS_TOLERANCE,
+                    growth=growth,
                 )
                 press = result(scene, equilibrium, force, "finite", began)
             except (ContactRangeError, SolverError):

@@ -37,23 +37,32 @@ STATED_SPECIMEN_ERROR = 0.0015
 """This sigma, above which the status of a press states it."""
 
 
-def with_specimen_strain(press: Press, skin: tuple[float, float], curved: bool = False) -> Press:
-    """The press with the change by its specimen's own large strain, and the error that remains.
+def specimen_change(
+    strain: float, modulus: float, radius: float, skin: tuple[float, float], friction: float
+) -> tuple[float, float]:
+    """Change of ln S_d by the large strain of a flat specimen, and one sigma of it.
 
-    skin : thickness (mm) and modulus (MPa) of the outer layer where the specimen touches. A press that partly slips is
-    not changed: a mixture of one that sticks and one without friction contains the change already.
+    strain : p/E. modulus : E, MPa. radius : of the contact, mm. skin : thickness (mm) and modulus (MPa) of the outer
+    layer where the specimen touches. A press that partly slips is not changed: a mixture of one that sticks and one
+    without friction contains the change already.
     """
     thickness, outer = skin
+    hindered = strain * outer / (outer + modulus)
+    if not friction:
+        return 0.0, SPECIMEN_ERROR_FREE * strain
+    per_strain = STUCK_CHANGE + STUCK_CHANGE_PER_RADIUS * radius / thickness if math.isinf(friction) else 0.0
+    return per_strain * hindered, SPECIMEN_ERROR_STUCK * hindered
+
+
+def with_specimen_strain(press: Press, skin: tuple[float, float], curved: bool = False) -> Press:
+    """The press with the change by its specimen's own large strain, and the error that remains; `skin` as for
+    `specimen_change`. A press of a curved specimen is not changed."""
     strain = press.force / (press.modulus * press.contact_area)
-    hindered = strain * outer / (outer + press.modulus)
-    error = SPECIMEN_ERROR_STUCK * hindered if press.friction else SPECIMEN_ERROR_FREE * strain
-    values = press.values
+    radius = math.sqrt(press.contact_area / math.pi)
+    change, error = specimen_change(strain, press.modulus, radius, skin, press.friction)
     if curved:
-        error = SPECIMEN_ERROR_CURVED * strain
-    elif math.isinf(press.friction):
-        radius = math.sqrt(press.contact_area / math.pi)
-        values = values * math.exp(hindered * (STUCK_CHANGE + STUCK_CHANGE_PER_RADIUS * radius / thickness))
+        change, error = 0.0, SPECIMEN_ERROR_CURVED * strain
     status = press.status
     if error > STATED_SPECIMEN_ERROR:
         status += f"; large strain of the specimen itself: S_d within {2 * PER_CENT * error:.1f} %"
-    return replace(press, values=values, specimen_error=error, status=status)
+    return replace(press, values=press.values * math.exp(change), specimen_error=error, status=status)
