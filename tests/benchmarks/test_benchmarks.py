@@ -19,6 +19,7 @@ SHORT = {
     "files_read": ("press", "press: "),
     "friction_honesty": ("--runs 3", "every drawn log"),
     "identified_fingers": ("presses --fingers 2 --family --size-mm 2.8 --variant 0 --counts 5", "9 of 10: "),
+    "load_growth": ("--growths 3 --finest 2.5", "growth 3: "),
     "log_throughput": ("--rows 1500 --logs strong@line", "strong line: "),
     "mesh_convergence": ("--size-mm 2.8 --forces-gf 60 --meshes 2", "sd, hertz, worst"),
     "moved_meshes": ("--shapes narrow --drawn 1 --variants 1 --size-mm 2.8 --forces-gf 30", "narrow "),
