@@ -26,7 +26,7 @@ class Card:
     material: Material
     nu: float
 
-    @property
+    @cached_property
     def compressibility(self) -> float:
         """1/lambda in 1/MPa, 0 for nu = 0.5."""
         mu = self.material.shear_modulus
@@ -49,61 +49,76 @@ class Forces:
 
 class Body:
     """A cell of the mesh with one material card per layer number; `free` (unknowns,) is True for unknowns that are not
-    held."""
+    held.
+
+    Arrays have components first and cells last, so that each operation runs over adjacent numbers. Edges may be bent:
+    gradients are those in reference coordinates, one product of matrices for all cells of a layer, times the inverse
+    map of each point.
+    """
 
     def __init__(self, space: TaylorHood, cards: Mapping[int, Card], free: np.ndarray):
         self.space = space
         self.cards = dict(cards)
         self.free = free
-        # Gradients (cells, q, 10, 3), hat functions (q, 4), weights (cells, q)
-        self._gradients = np.stack([f[0].grad for f in space.displacement.basis]).transpose(2, 3, 0, 1).copy()
-        self._hats, self._weights = space.hats.T, np.asarray(space.displacement.dx)
-        self._nodes, self._pressures = space.displacement.element_dofs.T, space.pressure_dofs
-        self.free_displacements = int(self.free[: SPACE_AXES * space.nodes].sum())
+        self.free_displacements = int(free[: SPACE_AXES * space.nodes].sum())
+        basis, order = space.displacement, np.argsort(space.mesh.layer, kind="stable")
+        # The cells of a layer stand together: its part of an array (..., cells) is a slice, and needs no copy
+        ends = {number: np.searchsorted(space.mesh.layer[order], (number, number + 1)) for number in self.cards}
+        self._parts = [(card, slice(*ends[number])) for number, card in self.cards.items()]
+        # Hat functions (4, q), reference gradients (3 q, 10), inverse map (3, 3, q, cells), weights (q, cells)
+        gradients = [basis.elem.lbasis(basis.X, node)[1].ravel() for node in range(len(basis.element_dofs))]
+        self._hats, self._gradients = space.hats, np.stack(gradients, axis=1)
+        self._inverse = basis.mapping.invDF(basis.X)[:, :, order].swapaxes(2, 3).copy()
+        self._weights = np.asarray(basis.dx)[order].T.copy()
+        self._weighted = self._inverse * self._weights
+        self._nodes, self._pressures = basis.element_dofs[:, order], space.pressure_dofs[order].T.copy()
+        displacements = SPACE_AXES * self._nodes + np.arange(SPACE_AXES)[:, None, None]
+        # Unknowns (34, cells): ten displacements along each axis, then pressures
+        self._unknowns = np.vstack([*displacements, SPACE_AXES * space.nodes + self._pressures])
 
     @property
     def free_pressures(self) -> int:
         """Number of pressure unknowns: the tangent of a stable state has this many negative eigenvalues."""
-        return len(self._free_number) - self.free_displacements
+        return int(self.free.sum()) - self.free_displacements
 
     def forces(self, displacement: np.ndarray, pressure: np.ndarray) -> Forces:
         """Internal forces at a displacement (nodes, 3) in mm and pressures (k,) in MPa."""
-        kinematics, local = self._kinematics(displacement), pressure[self._pressures] @ self._hats.T
-        strains = np.sqrt((kinematics.gradient**2).sum(axis=(-2, -1))) * self._weights @ self._hats
+        forces, strains, smallest = np.empty(self._unknowns.shape), np.empty(self._pressures.shape), np.inf
+        for card, cells in self._parts:
+            kinematics, weights = self._kinematics(displacement, cells), self._weights[:, cells]
+            square = np.einsum("ikqc,ikqc->qc", kinematics.gradient, kinematics.gradient)
+            strains[:, cells] = self._hats @ (np.sqrt(square) * weights)
+            smallest = np.minimum(smallest, kinematics.jacobian.min())
+            if smallest > 0:
+                local = self._hats.T @ pressure[self._pressures[:, cells]]
+                first = self._referred(stress(card.material, kinematics, local), cells)
+                pulls = self._gradients.T @ first.reshape(SPACE_AXES, len(self._gradients), -1)
+                # The equation of the pressure: J - 1 + p / lambda = 0, weighted by the hat functions
+                volume = kinematics.volume_change + card.compressibility * local
+                forces[:, cells] = np.vstack([*pulls, -self._hats @ (volume * weights)])
         size = float(np.linalg.norm(np.bincount(self._pressures.ravel(), strains.ravel())))
-        smallest = float(kinematics.jacobian.min())
-        if not smallest > 0:
-            return Forces(np.full(len(self._free_number), np.nan), size, smallest)
-        first = np.empty_like(kinematics.gradient)
-        for card, cells in self._parts():
-            first[cells] = stress(card.material, kinematics[cells], local[cells])
-        first *= self._weights[..., None, None]
-        # The equation of the pressure: J - 1 + p / lambda = 0, weighted by the hat functions.
-        volume = self._weights * (kinematics.volume_change + self._compressibility()[:, None] * local)
-        pulls = (self._gradients @ first.swapaxes(-1, -2)).sum(axis=1)
-        forces = np.concatenate([pulls.reshape(len(pulls), -1), -volume @ self._hats], axis=1)
-        free = self._unknowns >= 0
-        return Forces(np.bincount(self._unknowns[free], forces[free], len(self._free_number)), size, smallest)
+        total = np.bincount(self._unknowns.ravel(), forces.ravel())[self.free]
+        return Forces(total if smallest > 0 else np.full(total.shape, np.nan), size, float(smallest))
 
     def tangent(self, displacement: np.ndarray, pressure: np.ndarray) -> sp.csc_matrix:
         """Derivative of the forces: lower triangle (free, free)."""
-        kinematics, local = self._kinematics(displacement), pressure[self._pressures] @ self._hats.T
-        tangent = np.empty((*local.shape, SPACE_AXES**2, SPACE_AXES**2))
-        for card, cells in self._parts():
-            tangent[cells] = response(card.material, kinematics[cells], local[cells])[1]
-        tangent *= self._weights[..., None, None]
+        blocks = np.empty((len(self._unknowns), *self._unknowns.shape))
+        for card, cells in self._parts:
+            kinematics = self._kinematics(displacement, cells)
+            tangent = response(card.material, kinematics, self._hats.T @ pressure[self._pressures[:, cells]])[1]
+            blocks[..., cells] = self._blocks(tangent, kinematics.cofactor, card.compressibility, cells)
         entries, place, indices, starts = self._pattern
-        blocks = self._blocks(tangent, kinematics.cofactor)
-        data, size = np.bincount(place, blocks.ravel()[entries], minlength=len(indices)), len(self._free_number)
+        data, size = np.bincount(place, blocks.ravel()[entries], minlength=len(indices)), len(starts) - 1
         return sp.csc_matrix((data, indices, starts), shape=(size, size))
 
     def stability(self, displacement: np.ndarray) -> tuple[float, float]:
         """Smallest stability of the materials (`papilla.model.materials`, over mu) and largest principal stretch, at a
         displacement (nodes, 3) in mm."""
-        kinematics, least, largest = self._kinematics(displacement), np.inf, 1.0
-        for card, cells in self._parts():
-            stretches = principal(kinematics[cells])[0] * kinematics.jacobian[cells][..., None] ** -ONE_THIRD
-            least = min(least, float(card.material.stability(stretches).min()))
+        least, largest = np.inf, 1.0
+        for card, cells in self._parts:
+            kinematics = self._kinematics(displacement, cells)
+            stretches = principal(kinematics)[0] * kinematics.jacobian**-ONE_THIRD
+            least = min(least, float(card.material.stability(np.moveaxis(stretches, 0, -1)).min()))
             largest = max(largest, float(stretches.max()))
         return least, largest
 
@@ -111,7 +126,7 @@ class Body:
     def scale(self) -> np.ndarray:
         """Factors (free,) of the unknowns that make the tangent's entries of order one in any units."""
         stiffness = float(np.exp(np.mean([np.log(card.material.shear_modulus) for card in self.cards.values()])))
-        length = float(np.cbrt(self._weights.sum(axis=1).mean()))
+        length = float(np.cbrt(self._weights.sum(axis=0).mean()))
         # Units: displacement in lengths, pressure in stiffnesses, energy in stiffness * length^3
         units = 1 / np.sqrt(stiffness * length), np.sqrt(stiffness / length**SPACE_AXES)
         return np.repeat(units, [self.free_displacements, self.free_pressures])
@@ -120,56 +135,40 @@ class Body:
         """Mass matrix (free, free) of a layer's pressures, mm3."""
         return restricted(self.space.part("mass", number), self.free)
 
-    def _parts(self):
-        """Each card, with the mask (cells,) of its cells."""
-        return [(card, self.space.mesh.layer == number) for number, card in self.cards.items()]
+    def _kinematics(self, displacement: np.ndarray, cells: slice) -> Kinematics:
+        """Kinematics (..., q, cells) at the quadrature points."""
+        inverse = self._inverse[..., cells]
+        local = self._gradients @ displacement.T.take(self._nodes[:, cells], axis=1)
+        return Kinematics.of(np.einsum("ilqc,lkqc->ikqc", local.reshape(inverse.shape), inverse))
 
-    def _compressibility(self) -> np.ndarray:
-        """1/lambda (cells,) in 1/MPa."""
-        return sum(card.compressibility * cells for card, cells in self._parts())
+    def _referred(self, tensor: np.ndarray, cells: slice) -> np.ndarray:
+        """A tensor (3, 3, ..., q, cells) times the weights, its second axis turned to reference coordinates."""
+        return np.einsum("ik...qc,lkqc->il...qc", tensor, self._weighted[..., cells])
 
-    def _kinematics(self, displacement: np.ndarray) -> Kinematics:
-        return Kinematics.of(displacement[self._nodes].swapaxes(-1, -2)[:, None] @ self._gradients)
-
-    def _blocks(self, tangent: np.ndarray, cofactor: np.ndarray) -> np.ndarray:
-        """Element tangents (cells, 34, 34); tangent (cells, q, 9, 9) is already weighted."""
-        gradients, hats, weights = self._gradients, self._hats, self._weights
-        cells, points, nodes, _ = gradients.shape
-        moves, size = nodes * SPACE_AXES, nodes * SPACE_AXES + hats.shape[1]
-        # (q, 10, K) @ (q, K, i j L) -> (10 i j, q L), then times the other gradients
-        by_row = tangent.reshape(cells, points, *4 * [SPACE_AXES]).swapaxes(2, 3).reshape(cells, points, SPACE_AXES, -1)
-        half = (gradients @ by_row).reshape(cells, points, -1, SPACE_AXES).swapaxes(1, 2)
-        half = half.reshape(cells, moves * SPACE_AXES, -1)
-        full = half @ gradients.swapaxes(2, 3).reshape(cells, -1, nodes)
-        blocks = np.zeros((cells, size, size))
-        stiffness = full.reshape(cells, moves, SPACE_AXES, nodes).swapaxes(2, 3)
-        blocks[:, :moves, :moves] = stiffness.reshape(cells, moves, moves)
-        divergence = (gradients @ cofactor.swapaxes(-1, -2)).reshape(cells, points, moves)
-        blocks[:, moves:, :moves] = -(hats.T[None] * weights[:, None, :]) @ divergence
-        mass = np.einsum("qa,qb,cq->cab", hats, hats, weights)
-        blocks[:, moves:, moves:] = -self._compressibility()[:, None, None] * mass
+    def _blocks(self, tangent: np.ndarray, cofactor: np.ndarray, compressibility: float, cells: slice) -> np.ndarray:
+        """Element tangents (34, 34, cells) from the material's tangent (9, 9, q, cells) and 1/lambda."""
+        hats, weights, moves = self._hats, self._weights[:, cells], len(self._unknowns) - len(self._hats)
+        gradients = self._gradients.reshape(SPACE_AXES, len(weights), -1)
+        pairs = np.einsum("lqa,mqb->ablmq", gradients, gradients).reshape(-1, SPACE_AXES**2 * len(weights))
+        half = self._referred(tangent.reshape(*4 * [SPACE_AXES], *weights.shape), cells)
+        # Both reference axes to the front, then one product of matrices for all cells
+        full = np.einsum("iljkqc,mkqc->lmqijc", half, self._inverse[..., cells]).reshape(pairs.shape[1], -1)
+        stiffness = (pairs @ full).reshape(*gradients.shape[2:] * 2, SPACE_AXES, SPACE_AXES, -1)
+        divergence = np.einsum("hq,lqa,ilqc->hiac", hats, gradients, self._referred(cofactor, cells))
+        blocks = np.zeros((len(self._unknowns), len(self._unknowns), weights.shape[1]))
+        blocks[:moves, :moves] = stiffness.transpose(2, 0, 3, 1, 4).reshape(moves, moves, -1)
+        blocks[moves:, :moves] = -divergence.reshape(len(hats), moves, -1)
+        blocks[moves:, moves:] = -compressibility * np.einsum("aq,bq,qc->abc", hats, hats, weights)
         return blocks
-
-    @cached_property
-    def _free_number(self) -> np.ndarray:
-        return np.flatnonzero(self.free)
-
-    @cached_property
-    def _unknowns(self) -> np.ndarray:
-        """(cells, 34) free-unknown numbers of each cell, -1 where clamped."""
-        number = np.full(self.space.unknowns, -1)
-        number[self._free_number] = np.arange(len(self._free_number))
-        displacements = SPACE_AXES * self._nodes[:, :, None] + np.arange(SPACE_AXES)
-        pressures = SPACE_AXES * self.space.nodes + self._pressures
-        return number[np.concatenate([displacements.reshape(len(pressures), -1), pressures], axis=1)]
 
     @cached_property
     def _pattern(self):
         """The kept entries of the element tangents, their places in the data, and the CSC structure."""
-        rows, columns = self._unknowns[:, :, None], self._unknowns[:, None, :]
-        entries = np.flatnonzero(((rows >= columns) & (columns >= 0)).ravel())
-        size = len(self._free_number)
-        cell, i, j = np.unravel_index(entries, np.broadcast_shapes(rows.shape, columns.shape))
-        keys, place = np.unique(self._unknowns[cell, j] * size + self._unknowns[cell, i], return_inverse=True)
+        size = int(self.free.sum())
+        # Numbers (cells, 34) among the free unknowns, -1 where held; cells first, because their numbers almost ascend
+        numbers = np.where(self.free, np.cumsum(self.free) - 1, -1)[self._unknowns.T]
+        cell, i, j = np.nonzero((numbers[:, :, None] >= numbers[:, None]) & (numbers[:, None] >= 0))
+        keys, place = np.unique(numbers[cell, j] * size + numbers[cell, i], return_inverse=True)
         starts = np.searchsorted(keys, np.arange(size + 1) * size)
+        entries = np.ravel_multi_index((i, j, cell), (*numbers.shape[1:] * 2, len(numbers)))
         return entries, place, keys % size, starts

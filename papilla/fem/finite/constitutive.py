@@ -5,7 +5,7 @@ stationary p the volumetric part is kappa/2 (J - 1)^2 with kappa = lambda + 2 mu
 p div u - p^2/(2 lambda), term by term that of linear elasticity, and nu = 0.5 (1/lambda = 0) causes no difficulty.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,32 +16,39 @@ ONE_THIRD = 1 / 3  # One over the number of dimensions
 
 @dataclass(frozen=True, eq=False)
 class Kinematics:
-    """Quantities that every material computes from displacement gradients (..., 3, 3); J - 1 is computed without
-    cancellation.
+    """Quantities that every material computes from displacement gradients (3, 3, ...), as differences from the state at
+    rest without cancellation. Points come last, so that each operation runs over adjacent numbers.
 
-    gradient : H; deformation : F = I + H; cofactor : J F^-T; volume_change : J - 1 (...).
+    gradient : H = F - I; cofactor_change : J F^-T - I; volume_change : J - 1 (...).
     """
 
     gradient: np.ndarray
-    deformation: np.ndarray
-    cofactor: np.ndarray
+    cofactor_change: np.ndarray
     volume_change: np.ndarray
 
     @classmethod
     def of(cls, gradient: np.ndarray) -> "Kinematics":
-        """Kinematics of displacement gradients (..., 3, 3)."""
-        deformation = gradient + np.eye(gradient.shape[-1])
-        # The rows of the cofactor are the cross products of the two other rows
-        following, last = (np.roll(deformation, -shift, axis=-2) for shift in (1, 2))
-        trace = np.trace(gradient, axis1=-2, axis2=-1)
-        square = (gradient * gradient.swapaxes(-1, -2)).sum(axis=(-2, -1))
-        first, second, third = np.moveaxis(gradient, -2, 0)
-        determinant = (first * np.cross(second, third)).sum(axis=-1)
-        return cls(gradient, deformation, np.cross(following, last), trace + (trace**2 - square) / 2 + determinant)
+        """Kinematics of displacement gradients (3, 3, ...)."""
+        H, change = gradient, np.empty_like(gradient)
+        for i, k in np.ndindex(H.shape[:2]):
+            # Index -1 is the last row: rows and columns follow one another in a circle
+            ahead, back = H[i - 2, k - 2] * H[i - 1, k - 1], H[i - 2, k - 1] * H[i - 1, k - 2]
+            np.subtract(ahead, back, out=change[i, k, ...])
+        trace = np.trace(H)
+        volume_change = trace + np.trace(change) + np.einsum("k...,k...->...", H[0], change[0])
+        # cof(I + H) = I + cof H - H^T + (tr H) I
+        change -= H.swapaxes(0, 1)
+        return cls(H, _plus_identity(change, trace), volume_change)
 
-    def __getitem__(self, index) -> "Kinematics":
-        """The kinematics of some of the points."""
-        return Kinematics(*(getattr(self, item.name)[index] for item in fields(self)))
+    @property
+    def deformation(self) -> np.ndarray:
+        """F (3, 3, ...)."""
+        return _plus_identity(self.gradient.copy(), 1.0)
+
+    @property
+    def cofactor(self) -> np.ndarray:
+        """J F^-T (3, 3, ...)."""
+        return _plus_identity(self.cofactor_change.copy(), 1.0)
 
     @property
     def jacobian(self) -> np.ndarray:
@@ -50,18 +57,26 @@ class Kinematics:
 
 
 def stress(material: Material, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
-    """First Piola-Kirchhoff stress (..., 3, 3) in MPa. Every J must be positive."""
-    return isochoric_stress(material, kinematics) + _slope(material, kinematics, pressure) * kinematics.cofactor
+    """First Piola-Kirchhoff stress (3, 3, ...) in MPa. Every J must be positive."""
+    volumetric = _slope(material, kinematics, pressure)
+    if isinstance(material, Ogden):
+        stretches, spatial, reference = principal(kinematics)
+        slope = _ogden_derivatives(material, stretches, kinematics.jacobian)[0]
+        return _product(spatial * slope, reference.swapaxes(0, 1)) + volumetric * kinematics.cofactor
+    scale, growth = _invariant(kinematics)
+    factor = 2 * scale * material.slopes(scale * (len(kinematics.gradient) + growth))[0]
+    # P = a (F - F : F / (3 J) cof F) + s cof F = a H + (b - a) (cof F - I) + b I with b = s - a (F : F / (3 J) - 1)
+    along = volumetric - factor * (growth * ONE_THIRD - kinematics.volume_change) / kinematics.jacobian
+    return _plus_identity(factor * kinematics.gradient + (along - factor) * kinematics.cofactor_change, along)
 
 
 def response(material: Material, kinematics: Kinematics, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Stress (..., 3, 3) and its derivative by F (..., 9, 9), MPa, pressure (...) held fixed.
+    """Stress (3, 3, ...) and its derivative by F (9, 9, ...), MPa, pressure (...) held fixed.
 
     Index pairs are flattened as 3 * i + K for component i and reference direction K. Every J must be positive.
     """
     tangent, cofactor = isochoric_tangent(material, kinematics), kinematics.cofactor
-    inverse = cofactor / kinematics.jacobian[..., None, None]
-    flat = _flat(cofactor)
+    inverse, flat = cofactor / kinematics.jacobian, _flat(cofactor)
     # d cof F / dF = cof F (x) F^-T - swapped(cof F, F^-T)
     turned = _dyad(flat, _flat(inverse)) - _swapped(cofactor, inverse)
     tangent = tangent + _slope(material, kinematics, pressure) * turned
@@ -69,48 +84,35 @@ def response(material: Material, kinematics: Kinematics, pressure: np.ndarray) -
 
 
 def _slope(material: Material, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
-    """Derivative (..., 1, 1) of the volumetric energy by J, MPa."""
-    return (2 * material.shear_modulus * ONE_THIRD * kinematics.volume_change - pressure)[..., None, None]
-
-
-def isochoric_stress(material: Material, kinematics: Kinematics) -> np.ndarray:
-    """dW_iso/dF (..., 3, 3) of a material, MPa."""
-    if isinstance(material, Ogden):
-        stretches, spatial, reference = principal(kinematics)
-        slope = _ogden_derivatives(material, stretches, kinematics.jacobian)[0]
-        return (spatial * slope[..., None, :]) @ reference.swapaxes(-1, -2)
-    scale, square, direction, _ = _invariant(kinematics)
-    return material.slopes(scale * square)[0][..., None, None] * direction
+    """Derivative (...) of the volumetric energy by J, MPa."""
+    return 2 * material.shear_modulus * ONE_THIRD * kinematics.volume_change - pressure
 
 
 def isochoric_tangent(material: Material, kinematics: Kinematics) -> np.ndarray:
-    """d2W_iso/dF2 (..., 9, 9) of a material, MPa."""
+    """d2W_iso/dF2 (9, 9, ...) of a material, MPa."""
     if isinstance(material, Ogden):
         return _ogden_tangent(material, kinematics)
     return _invariant_tangent(material, kinematics)
 
 
 def _invariant_tangent(material: FirstInvariantMaterial, kinematics: Kinematics) -> np.ndarray:
-    """The derivative of dI/dF by the product rule."""
-    scale, square, direction, inverse = _invariant(kinematics)
-    first, second = (slope[..., None, None] for slope in material.slopes(scale * square))
-    share, scale = 2 * ONE_THIRD * square[..., None, None], scale[..., None, None]
-    f, g, d = _flat(kinematics.deformation), _flat(inverse), _flat(direction)
-    mixed = _dyad(f, g)
-    tangent = 2 * ONE_THIRD * (share * _dyad(g, g) - 2 * (mixed + mixed.swapaxes(-1, -2)))
-    tangent += share * _swapped(inverse, inverse)
-    diagonal = np.einsum("...kk->...k", tangent)
-    diagonal += 2
-    return first * scale * tangent + second * _dyad(d, d)
+    """The derivative of dI/dF = J^(-2/3) (2 F - 2/3 (F : F) F^-T), by the product rule."""
+    scale, growth = _invariant(kinematics)
+    square = len(kinematics.gradient) + growth
+    first, second = material.slopes(scale * square)
+    inverse, share = kinematics.cofactor / kinematics.jacobian, 2 * ONE_THIRD * square
+    f, g = _flat(kinematics.deformation), _flat(inverse)
+    direction, mixed = scale * (2 * f - share * g), _dyad(f, g)
+    tangent = 2 * ONE_THIRD * (share * _dyad(g, g) - 2 * (mixed + mixed.swapaxes(0, 1)))
+    tangent = _plus_identity(tangent + share * _swapped(inverse, inverse), 2.0)
+    return first * scale * tangent + second * _dyad(direction, direction)
 
 
-def _invariant(kinematics: Kinematics):
-    """J^(-2/3), F : F, dI/dF = J^(-2/3) (2 F - 2/3 (F : F) F^-T) for I = J^(-2/3) F : F, and F^-T."""
-    F = kinematics.deformation
-    inverse = kinematics.cofactor / kinematics.jacobian[..., None, None]
-    scale, square = kinematics.jacobian ** (-2 * ONE_THIRD), (F**2).sum(axis=(-2, -1))
-    direction = scale[..., None, None] * (2 * F - (2 * ONE_THIRD * square)[..., None, None] * inverse)
-    return scale, square, direction, inverse
+def _invariant(kinematics: Kinematics) -> tuple[np.ndarray, np.ndarray]:
+    """J^(-2/3) and F : F - 3, of which the first invariant is I = J^(-2/3) F : F."""
+    H = kinematics.gradient
+    growth = 2 * np.trace(H) + np.einsum("ik...,ik...->...", H, H)
+    return kinematics.jacobian ** (-2 * ONE_THIRD), growth
 
 
 def _ogden_tangent(material: Ogden, kinematics: Kinematics) -> np.ndarray:
@@ -120,48 +122,46 @@ def _ogden_tangent(material: Ogden, kinematics: Kinematics) -> np.ndarray:
     """
     stretches, spatial, reference = principal(kinematics)
     slope, hessian, quotient = _ogden_derivatives(material, stretches, kinematics.jacobian)
-    total = (slope[..., :, None] + slope[..., None, :]) / (stretches[..., :, None] + stretches[..., None, :])
-    *points, axes = stretches.shape
-    local = np.zeros((*points, axes, axes, axes, axes))
+    total = (slope[:, None] + slope) / (stretches[:, None] + stretches)
+    axes, *points = stretches.shape
+    local = np.zeros((axes, axes, axes, axes, *points))
     for a, b in np.ndindex(axes, axes):
-        local[..., a, a, b, b] += hessian[..., a, b]
+        local[a, a, b, b] += hessian[a, b]
         if a != b:
-            local[..., a, b, a, b] += (quotient[..., a, b] + total[..., a, b]) / 2
-            local[..., a, b, b, a] += (quotient[..., a, b] - total[..., a, b]) / 2
-    local = local.reshape(*points, axes**2, axes**2)
+            local[a, b, a, b] += (quotient[a, b] + total[a, b]) / 2
+            local[a, b, b, a] += (quotient[a, b] - total[a, b]) / 2
+    local = local.reshape(axes**2, axes**2, *points)
     # Column 3 a + b of the rotation is n_a (x) N_b
-    rotation = (spatial[..., :, None, :, None] * reference[..., None, :, None, :]).reshape(local.shape)
-    return rotation @ local @ rotation.swapaxes(-1, -2)
+    rotation = np.einsum("ia...,kb...->ikab...", spatial, reference).reshape(local.shape)
+    return _product(_product(rotation, local), rotation.swapaxes(0, 1))
 
 
 def principal(kinematics: Kinematics) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Principal stretches (..., 3), and their spatial and reference axes (..., 3, 3) in columns."""
+    """Principal stretches (3, ...), and their spatial and reference axes (3, 3, ...) in columns."""
     H = kinematics.gradient
-    strain = H + H.swapaxes(-1, -2) + H.swapaxes(-1, -2) @ H
-    values, reference = np.linalg.eigh(strain)
-    stretches = np.sqrt(1 + values)
-    return stretches, kinematics.deformation @ reference / stretches[..., None, :], reference
+    strain = H + H.swapaxes(0, 1) + _product(H.swapaxes(0, 1), H)
+    values, axes = np.linalg.eigh(np.moveaxis(strain, (0, 1), (-2, -1)))
+    stretches, reference = np.sqrt(1 + np.moveaxis(values, -1, 0)), np.moveaxis(axes, (-2, -1), (0, 1))
+    return stretches, _product(kinematics.deformation, reference) / stretches, reference
 
 
 def _ogden_derivatives(material: Ogden, stretches, jacobian):
-    """W_i (..., 3), W_ij (..., 3, 3) and the quotient (W_i - W_j)/(l_i - l_j) (..., 3, 3), smooth for equal stretches.
+    """W_i (3, ...), W_ij (3, 3, ...) and the quotient (W_i - W_j)/(l_i - l_j) (3, 3, ...), smooth for equal stretches.
 
     W = c (J^(-alpha/3) S - 3), c = 2 mu/alpha^2, S = sum l^alpha, so
     W_i = c alpha J^(-alpha/3) (l_i^(alpha-1) - S/(3 l_i)).
     """
     alpha = material.alpha
-    scale = (2 * material.mu / alpha * jacobian ** (-alpha * ONE_THIRD))[..., None]
+    scale = 2 * material.mu / alpha * jacobian ** (-alpha * ONE_THIRD)
     powers = stretches**alpha
-    mean = powers.sum(axis=-1, keepdims=True) * ONE_THIRD
+    mean = powers.sum(axis=0) * ONE_THIRD
     slope = scale * (powers - mean) / stretches
-    stretch_i, stretch_j = stretches[..., :, None], stretches[..., None, :]
+    stretch_i, stretch_j = stretches[:, None], stretches[None]
     both = stretch_i * stretch_j
-    hessian = alpha * ONE_THIRD * (mean[..., None] - powers[..., :, None] - powers[..., None, :]) / both
-    diagonal = np.einsum("...kk->...k", hessian)
-    diagonal += ((alpha - 1) * powers + mean) / stretches**2
+    hessian = alpha * ONE_THIRD * (mean - powers[:, None] - powers) / both
+    hessian = _plus_identity(hessian, ((alpha - 1) * powers + mean) / stretches**2)
     quotient = stretch_j ** (alpha - 2) * _power_quotient((stretch_i - stretch_j) / stretch_j, alpha - 1)
-    quotient = quotient + mean[..., None] / both
-    return slope, scale[..., None] * hessian, scale[..., None] * quotient
+    return slope, scale * hessian, scale * (quotient + mean / both)
 
 
 def _power_quotient(x, exponent):
@@ -170,15 +170,26 @@ def _power_quotient(x, exponent):
     return np.where(x == 0, exponent, np.expm1(exponent * np.log1p(safe)) / safe)
 
 
+def _plus_identity(tensor, factor):
+    """The tensor (k, k, ...) itself, to whose diagonal a factor (...) or (k, ...) is added."""
+    diagonal = np.einsum("kk...->k...", tensor)
+    diagonal += factor
+    return tensor
+
+
+def _product(a, b):
+    return np.einsum("ij...,jk...->ik...", a, b)
+
+
 def _flat(tensor):
-    return tensor.reshape(*tensor.shape[:-2], -1)
+    return tensor.reshape(-1, *tensor.shape[2:])
 
 
 def _dyad(a, b):
-    return a[..., :, None] * b[..., None, :]
+    return a[:, None] * b[None]
 
 
 def _swapped(a, b):
-    """T with T_(iK)(jL) = a_jK b_iL, (..., 9, 9)."""
-    rows, columns = np.indices(a.shape[-2:]).reshape(2, -1)
-    return a[..., rows, columns[:, None]] * b[..., rows[:, None], columns]
+    """T with T_(iK)(jL) = a_jK b_iL, (9, 9, ...)."""
+    pairs = np.einsum("jk...,il...->ikjl...", a, b)
+    return pairs.reshape(a.shape[0] ** 2, -1, *a.shape[2:])

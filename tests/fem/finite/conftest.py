@@ -15,7 +15,7 @@ def coarse(dome):
 
 
 def _density(card, kinematics, pressure, compressibility):
-    isochoric = kinematics.deformation / np.cbrt(kinematics.jacobian)[..., None, None]
+    isochoric = np.moveaxis(kinematics.deformation / np.cbrt(kinematics.jacobian), (0, 1), (-2, -1))
     invariant = np.linalg.svd(isochoric, compute_uv=False) if isinstance(card, Ogden) else (isochoric**2).sum((-2, -1))
     energy, change = card.energy(invariant), kinematics.volume_change
     return energy + card.shear_modulus / 3 * change**2 - pressure * change - compressibility / 2 * pressure**2
@@ -34,12 +34,12 @@ def energy_of():
     def energy(body, displacement, pressure):
         space = body.space
         gradient = np.stack([np.asarray(space.displacement.interpolate(one).grad) for one in displacement.T])
-        kinematics, total = Kinematics.of(gradient.transpose(2, 3, 0, 1)), 0.0
-        local = pressure[space.pressure_dofs] @ space.hats
+        local, total = pressure[space.pressure_dofs] @ space.hats, 0.0
         for number, card in body.cards.items():
             cells = space.mesh.layer == number
-            found = _density(card.material, kinematics[cells], local[cells], card.compressibility)
-            total += float((space.displacement.dx[cells] * found).sum())
+            kinematics = Kinematics.of(gradient[:, :, cells])
+            density = _density(card.material, kinematics, local[cells], card.compressibility)
+            total += float((space.displacement.dx[cells] * density).sum())
         return total
 
     return energy

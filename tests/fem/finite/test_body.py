@@ -6,32 +6,32 @@ import pytest
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import TaylorHood
 from papilla.fem.finite.body import Body, Card
-from papilla.fem.finite.constitutive import Kinematics, principal, response
+from papilla.fem.finite.constitutive import Kinematics, principal, response, stress
 from papilla.model.finger import Layer
 from papilla.model.materials import NeoHookean, Ogden, Yeoh
 
 CARDS = [NeoHookean(0.3), Yeoh(0.17, -0.004, 0.002), Ogden(0.11, 3.3), Ogden(0.2, -1.5)]
 
 GRADIENTS = {
-    "general": np.random.default_rng(1).normal(size=(6, 3, 3)) * 0.2,
-    "none": np.zeros((1, 3, 3)),
-    "dilatation": 0.1 * np.eye(3)[None],
-    "two stretches alike": np.diag([0.2, 0.2, -0.3])[None],
-    "two stretches nearly alike": np.diag([0.2, 0.2 + 1e-11, -0.3])[None],
+    "general": np.random.default_rng(1).normal(size=(3, 3, 6)) * 0.2,
+    "none": np.zeros((3, 3, 1)),
+    "dilatation": 0.1 * np.eye(3)[:, :, None],
+    "two stretches alike": np.diag([0.2, 0.2, -0.3])[:, :, None],
+    "two stretches nearly alike": np.diag([0.2, 0.2 + 1e-11, -0.3])[:, :, None],
 }
 
 
 @pytest.mark.parametrize("gradient", GRADIENTS.values(), ids=GRADIENTS)
 @pytest.mark.parametrize("card", CARDS, ids=repr)
 def test_stress_and_tangent_are_derivatives(card, gradient, density):
-    pressure = np.random.default_rng(2).normal(size=len(gradient))
+    pressure = np.random.default_rng(2).normal(size=gradient.shape[2])
     stress, tangent = response(card, Kinematics.of(gradient), pressure)
-    for k, step in enumerate(1e-6 * np.eye(9).reshape(9, 3, 3)):
+    for k, step in enumerate(1e-6 * np.eye(9).reshape(9, 3, 3, 1)):
         up, down = (Kinematics.of(gradient + sign * step) for sign in (1, -1))
         slope = (density(card, up, pressure, 0.1) - density(card, down, pressure, 0.1)) / 2e-6
-        assert stress.reshape(-1, 9)[:, k] == pytest.approx(slope, abs=2e-9)
+        assert stress.reshape(9, -1)[k] == pytest.approx(slope, abs=2e-9)
         change = (response(card, up, pressure)[0] - response(card, down, pressure)[0]) / 2e-6
-        assert tangent[:, :, k] == pytest.approx(change.reshape(-1, 9), abs=5e-9)
+        assert tangent[:, k] == pytest.approx(change.reshape(9, -1), abs=5e-9)
     assert np.array_equal(response(card, Kinematics.of(gradient), pressure)[1], tangent), "evaluating twice"
 
 
@@ -39,27 +39,35 @@ def test_stress_and_tangent_are_derivatives(card, gradient, density):
 @pytest.mark.parametrize("card", CARDS, ids=repr)
 def test_points_may_stand_in_any_table(card, shape):
     """Volume, cofactor and stretches are those of NumPy's determinant, inverse and singular values, point by point."""
-    gradient = GRADIENTS["general"][: int(np.prod(shape))]
-    pressure = np.linspace(-1, 1, len(gradient))
-    table = Kinematics.of(gradient.reshape(*shape, 3, 3))
-    F = np.eye(3) + gradient
+    gradient = GRADIENTS["general"][..., : int(np.prod(shape))]
+    pressure = np.linspace(-1, 1, gradient.shape[2])
+    table = Kinematics.of(gradient.reshape(3, 3, *shape))
+    F = np.eye(3) + gradient.transpose(2, 0, 1)
     assert table.volume_change.shape == shape and table.volume_change.ravel() == pytest.approx(np.linalg.det(F) - 1)
     cofactor = np.linalg.det(F)[:, None, None] * np.linalg.inv(F).swapaxes(1, 2)
-    assert table.cofactor.reshape(-1, 3, 3) == pytest.approx(cofactor) and table.jacobian.shape == shape
-    stretches, spatial, reference = principal(table)
-    assert stretches.reshape(-1, 3)[:, ::-1] == pytest.approx(np.linalg.svd(F, compute_uv=False))
-    turned = ((spatial * stretches[..., None, :]) @ reference.swapaxes(-1, -2)).reshape(-1, 3, 3)
-    assert turned == pytest.approx(F)
+    assert table.cofactor.reshape(3, 3, -1).transpose(2, 0, 1) == pytest.approx(cofactor)
+    stretches, spatial, reference = (
+        values.reshape(*values.shape[: values.ndim - len(shape)], -1).T for values in principal(table)
+    )
+    assert stretches[:, ::-1] == pytest.approx(np.linalg.svd(F, compute_uv=False))
+    assert (spatial.swapaxes(1, 2) * stretches[:, None]) @ reference == pytest.approx(F)
     stress, tangent = response(card, table, pressure.reshape(shape))
-    points = [response(card, Kinematics.of(gradient[k]), pressure[k]) for k in range(len(gradient))]
-    assert stress.shape == (*shape, 3, 3) and tangent.shape == (*shape, 9, 9)
-    assert stress.reshape(-1, 3, 3) == pytest.approx(np.array([one for one, _ in points]))
-    assert tangent.reshape(-1, 9, 9) == pytest.approx(np.array([one for _, one in points]))
+    points = [response(card, Kinematics.of(gradient[..., k]), pressure[k]) for k in range(len(pressure))]
+    assert stress.shape == (3, 3, *shape) and tangent.shape == (9, 9, *shape)
+    assert stress.reshape(3, 3, -1) == pytest.approx(np.stack([stress for stress, _ in points], axis=-1))
+    assert tangent.reshape(9, 9, -1) == pytest.approx(np.stack([tangent for _, tangent in points], axis=-1))
 
 
 def test_the_volume_change_of_a_tiny_strain_keeps_its_digits():
-    gradient = 1e-12 * np.diag([3.0, -1.0, 0.5])[None]
+    gradient = 1e-12 * np.diag([3.0, -1.0, 0.5])[:, :, None]
     assert Kinematics.of(gradient).volume_change == pytest.approx([2.5e-12], rel=1e-11)
+
+
+@pytest.mark.parametrize("card", CARDS[:2], ids=repr)
+def test_the_stress_of_a_tiny_strain_is_linear_and_keeps_its_digits(card):
+    gradient, pressure = 1e-9 * GRADIENTS["general"], 1e-9 * np.linspace(-1, 1, 6)
+    linear = card.shear_modulus * (gradient + gradient.swapaxes(0, 1)) - pressure * np.eye(3)[:, :, None]
+    assert stress(card, Kinematics.of(gradient), pressure) == pytest.approx(linear, abs=2e-9 * np.abs(linear).max())
 
 
 def _full(lower):
