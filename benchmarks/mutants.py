@@ -110,7 +110,6 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/fem/reduction/patch.py", "1e-12", "1.1e-12"): "below the rounding of any gap",
     ("papilla/fem/reduction/patch.py", "points * image", "(points / image)"): "signs",
     ("papilla/fem/reduction/compliance.py", "12", "13"): "the next grid of points that is tried",
-    ("papilla/fem/finite/body.py", "cofactor.swapaxes(-1, -2)", "cofactor.swapaxes(-2, -1)"): "the same exchange",
     ("papilla/fem/reduction/compliance.py", "points[checked] * image", "(points[checked] / image)"): "signs",
     ("papilla/fem/reduction/gauges.py", "np.linspace(-0.5, 0.5, n)", "np.linspace(0.5, -0.5, n)"): "another order",
     ("papilla/fem/sliding/section.py", "ddot(sym_grad(u), sym_grad(v))", "ddot(sym_grad(v), sym_grad(u))"):

@@ -73,6 +73,11 @@ class Factor:
             f"{self.engine} left a relative residual of {residual:.1e}, more than {SOLVE_RESIDUAL_BOUND:.0e}"
         )
 
+    def solve_once(self, rhs: np.ndarray) -> np.ndarray:
+        """Solution (n,) for one right-hand side (n,), neither checked nor refined: for an iteration that measures its
+        own residual."""
+        return self._solve_many(np.ascontiguousarray(rhs[:, None], dtype=float))[:, 0]
+
     def _solve_batches(self, rhs: np.ndarray) -> np.ndarray:
         solution = np.empty_like(rhs)
         for first in range(0, rhs.shape[1], RIGHT_SIDES_AT_ONCE):

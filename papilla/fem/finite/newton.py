@@ -99,7 +99,7 @@ class Linearisation:
 
     def solve(self, force: np.ndarray) -> np.ndarray:
         """Change of the unknowns (free,) under a force (free,)."""
-        return self.scale * self.factor.solve((self.scale * force)[:, None])[:, 0]
+        return self.scale * self.factor.solve_once(self.scale * force)
 
 
 @dataclass(eq=False)
