@@ -80,15 +80,16 @@ def test_large_strain_that_is_not_included_widens_every_interval(stuck):
     assert (lower < low).all() and (high < higher).all() and unsure.dominant == "large strain"
 
 
-def test_the_strain_of_a_soft_specimen_widens_intervals_as_the_pressure_over_its_modulus(stuck):
-    """Twice the pressure over the modulus, twice the sigma; presses say the same."""
-    swept, doubt = stuck.presses, stuck.calibration.surface.uncertainty
-    strained = (swept.force_N / swept.contact_area_mm2 / swept.modulus_MPa)[swept.valid]
+def test_the_strain_of_a_soft_specimen_widens_intervals_as_far_as_the_skin_hinders_it(stuck):
+    """Twice the strain that a skin which sticks hinders, twice the sigma; presses say the same."""
+    swept, doubt, skin = stuck.presses, stuck.calibration.surface.uncertainty, FINGER.outer.modulus
+    strained = swept.force_N / swept.contact_area_mm2 / swept.modulus_MPa * skin / (skin + swept.modulus_MPa)
+    strained = strained[swept.valid]
     points = np.log(np.column_stack([swept.force_N, swept.modulus_MPa])[swept.valid])
     sigmas = np.array([doubt.sigmas(*point)["specimen"] for point in points.tolist()])
     assert strained.max() > 20 * strained.min(), "from soft to hard"
     assert sigmas / strained == pytest.approx(np.full(len(sigmas), np.median(sigmas / strained)), rel=0.5)
-    said = np.array(["the specimen's own large strain" in status for status in swept.status])[swept.valid]
+    said = np.array(["large strain of the specimen itself" in status for status in swept.status])[swept.valid]
     assert said[np.argmax(strained)] and not said[np.argmin(strained)] and strained[said].min() > strained[~said].max()
 
 
