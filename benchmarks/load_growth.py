@@ -13,9 +13,8 @@ from time import process_time
 import numpy as np
 from own_fingers import SCENES
 
-from papilla.core.progress import silent
 from papilla.core.units import PER_CENT
-from papilla.fem.finite.strain_tables import FEW_FORCES, RELATIVE_ELEMENT_SIZE, RELATIVE_TABLE_FORCES, paths
+from papilla.fem.finite.strain_tables import FEW_FORCES, RELATIVE_ELEMENT_SIZE, RELATIVE_TABLE_FORCES, PressedFinger
 from papilla.mesh import build
 from papilla.mesh.body import narrowest_mm, sharpest_mm
 from papilla.model.specimen import STICK_WORD
@@ -31,13 +30,14 @@ def main() -> None:
     parser.add_argument("--finest", type=float, default=1.06)
     given = parser.parse_args()
     finger = next(scene.finger for scene in SCENES if scene.name == given.geometry)
-    mesh, inner = build(finger, RELATIVE_ELEMENT_SIZE * sharpest_mm(finger)), finger.inner.modulus
+    inner = finger.inner.modulus
+    pressed = PressedFinger(finger, build(finger, RELATIVE_ELEMENT_SIZE * sharpest_mm(finger)))
     forces = [RELATIVE_TABLE_FORCES[k] * inner * narrowest_mm(finger) ** 2 for k in FEW_FORCES]
     moduli = [ratio * inner for ratio in MODULUS_RATIOS]
     finest: tuple[float, np.ndarray] | None = None
     for growth in (given.finest, *given.growths):
         began = process_time()
-        sd = np.array([press.sd for press, _ in paths(finger, mesh, forces, moduli, STICK_WORD, silent, growth)])
+        sd = np.array([press.sd for press in pressed.presses(forces, moduli, STICK_WORD, growth=growth)])
         took = process_time() - began
         finest = finest or (took, sd)
         off = PER_CENT * (sd / finest[1] - 1)

@@ -21,7 +21,7 @@ from papilla.calibration.fitting.sweep import corrected
 from papilla.calibration.published import SPECIMENS_MPA, published_sd
 from papilla.core.files import write_text
 from papilla.core.units import gf_to_newton
-from papilla.fem.finite.strain_tables import measure_large_strain
+from papilla.fem.finite.strain_tables import PressedFinger, measure_large_strain
 from papilla.fem.pressing.large_strain import ALL_SHIPPED, LargeStrain, keep, known, shipped_text
 from papilla.fem.reduction.family import FingerFamily, family, with_moduli
 from papilla.mesh import DEFAULT_SIZE_MM, build
@@ -92,7 +92,9 @@ def measure_strain(friction: Friction, size_mm: float) -> None:
         if not any((one.friction > 0) == stuck and abs(one.ratio / ratio - 1) < 1e-3 for one in tables):
             inner = design.inner.modulus
             print(f"presses at finite strain, outer over inner modulus {ratio:g}, friction {friction}", flush=True)
-            one = measure_large_strain(with_moduli(design, ratio * inner, inner), mesh, friction=friction)
+            one = measure_large_strain(
+                PressedFinger(with_moduli(design, ratio * inner, inner), mesh), friction=friction
+            )
             keep(design.strain_sha256, [one])
 
 

@@ -15,7 +15,7 @@ from time import perf_counter
 from papilla.core.files import write_text
 from papilla.core.outside import read_json
 from papilla.core.units import PER_CENT
-from papilla.fem.finite.strain_tables import measure_large_strain
+from papilla.fem.finite.strain_tables import PressedFinger, measure_large_strain
 from papilla.fem.pressing.large_strain import ALL_SHIPPED, LargeStrain, shipped_text
 from papilla.fem.pressing.prices import PRICED_QUANTITIES, SHIPPED_PRICES, Loss
 from papilla.fem.pressing.pricing import measure_prices
@@ -54,7 +54,9 @@ def ship_strain_tables(finger: Finger, path: Path, stuck: bool) -> None:
         variant = replace(finger, outer=Layer(shipped.ratio * finger.inner.modulus, finger.outer.nu))
         began = perf_counter()
         friction: Friction = STICK_WORD if stuck else 0.0
-        tables[number] = measure_large_strain(variant, build(variant), friction=friction, growth=FINE_GROWTH)
+        tables[number] = measure_large_strain(
+            PressedFinger(variant, build(variant)), friction=friction, growth=FINE_GROWTH
+        )
         error = PER_CENT * tables[number].sd_error(gauge_weights(variant))
         took = perf_counter() - began
         print(

@@ -14,7 +14,8 @@ from papilla.core.errors import InputError
 from papilla.core.progress import Progress, counted
 from papilla.core.units import gf_to_newton
 from papilla.fem import ReducedFinger, press
-from papilla.fem.finite.strain_tables import finite_presses
+from papilla.fem.finite.strain_tables import PressedFinger
+from papilla.fem.pressing.specimen_strain import with_specimen_strain
 from papilla.logs import PressLog
 from papilla.mesh import build
 from papilla.model.finger import Finger
@@ -185,26 +186,32 @@ def _with_model_error(calibration: Calibration, share: float) -> Calibration:
     return replace(calibration, surface=surface, gauges=gauges)
 
 
-def press_truth(finger: Finger, size_mm: float, friction: Friction, progress: Progress) -> tuple[np.ndarray, str]:
+def press_truth(
+    finger: Finger, size_mm: float, frictions: Sequence[Friction], progress: Progress
+) -> tuple[np.ndarray, str]:
     """Presses at finite strain on a mesh that no calibration uses, and a note on the stability of the layers'
     material laws at the strains that they reach.
 
-    The presses are (n, 4) friction, force (N), modulus (MPa) and S_d
-    (microstrain), fewer if some leave the range of the model; the second time they come from the cache.
+    The presses are (n, 4) friction, force (N), modulus (MPa) and S_d (microstrain), fewer if some leave the range of
+    the model; the second time they come from the cache.
     """
 
     def make() -> dict[str, np.ndarray]:
         mesh = build(finger, size_mm, variant=UNSEEN_VARIANT, progress=mesh_number(UNSEEN_VARIANT, progress))
-        words = "stuck" if friction == STICK_WORD else f"friction {friction:g}"
-        steps = counted(progress, f"against physics, {words}: press")
-        ranges = CalibrationRanges.of(finger)
+        pressed, ranges = PressedFinger(finger, mesh), CalibrationRanges.of(finger)
         forces, moduli = ranges.forced(CHECKED_FORCES_N), ranges.hardened(CHECKED_MODULI_MPA)
-        presses = list(finite_presses(finger, mesh, forces, moduli, friction, steps))
-        laws = [note for press in presses for note in press.status.split("; ") if "law" in note]
-        rows = [(friction_coefficient(friction), press.force, press.modulus, press.sd) for press in presses]
+        rows, laws = [], []
+        # With friction first: without it, a part of the factorised finger is enough
+        for friction in sorted(frictions, key=friction_coefficient, reverse=True):
+            words = "stuck" if friction == STICK_WORD else f"friction {friction:g}"
+            steps = counted(progress, f"against physics, {words}: press")
+            for linear in pressed.presses(forces, moduli, friction, steps):
+                press = with_specimen_strain(linear, pressed.skin)
+                laws += [note for note in press.status.split("; ") if "law" in note]
+                rows.append((friction_coefficient(friction), press.force, press.modulus, press.sd))
         return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst_law(laws))}
 
-    arrays = cache.fetch("truth", _key(finger, size_mm, friction), make)
+    arrays = cache.fetch("truth", _key(finger, size_mm, frictions), make)
     return arrays["presses"], str(arrays["laws"])
 
 
@@ -219,13 +226,13 @@ def mesh_number(variant: int, progress: Progress) -> Progress:
     return lambda stage: progress(f"mesh {variant + 1} of {UNSEEN_VARIANT + 1}: {stage}")
 
 
-def truth_is_known(finger: Finger, size_mm: float, friction: Friction) -> bool:
+def truth_is_known(finger: Finger, size_mm: float, frictions: Sequence[Friction]) -> bool:
     """Whether the cache already contains the result of `press_truth`."""
-    return cache.find("truth", _key(finger, size_mm, friction)) is not None
+    return cache.find("truth", _key(finger, size_mm, frictions)) is not None
 
 
-def _key(finger: Finger, size_mm: float, friction: Friction) -> str:
-    return cache.key(__name__, finger.sha256, size_mm, str(friction), vars(finger.bench.specimen(1.0)))
+def _key(finger: Finger, size_mm: float, frictions: Sequence[Friction]) -> str:
+    return cache.key(__name__, finger.sha256, size_mm, *map(str, frictions), vars(finger.bench.specimen(1.0)))
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,6 @@ from papilla.calibration.fitting.checking import (
     press_truth,
     published_depths,
     truth_is_known,
-    worst_law,
 )
 from papilla.calibration.fitting.fit import fit, with_compact
 from papilla.calibration.fitting.position_terms import with_positions
@@ -143,11 +142,11 @@ def calibrate_finger(
     forces, moduli = ranges.swept(forces, moduli)
     block, stated = finger.bench.specimen, friction is not None
     against: tuple[Friction, ...] = () if quick else (STICK_WORD, 0.0) if friction is None else (friction,)
-    cold = not all(truth_is_known(finger, size, one) for one in against)
+    cold = not quick and not truth_is_known(finger, size, against)
     with workers(processes if cold else 1, progress) as start:
         ends = (False, True) if friction is None else ends_of(friction_coefficient(friction))
         tables = begin_large_strain(finger, ends, start, progress=progress)
-        truth = [start(press_truth, finger, size, one) for one in against]
+        truth = None if quick else start(press_truth, finger, size, against)
         reduced = fem.prepare(finger, size_mm=size, progress=mesh_number(0, progress))
         doubt = tables()
         # Their sweeps need the tables of large strain
@@ -173,8 +172,8 @@ def calibrate_finger(
             calibration = with_positions(calibration, finger, reduced, friction)
         recovery = recover(calibration, reduced, friction, forces, moduli)
         progress("against physics: presses at finite strain on another mesh")
-        unseen, laws = zip(*(of_friction() for of_friction in truth), strict=True) if truth else ((), ())
-    calibration, judged, widening = _checked(_lawful(calibration, worst_law(laws)), recovery, unseen)
+        unseen, law = truth() if truth else (None, "")
+    calibration, judged, widening = _checked(_lawful(calibration, law), recovery, unseen)
     calibration = replace(calibration, notes=(*calibration.notes, *([QUICK_NOTE] if quick else [])))
     depths = _depths(finger, reduced)
     return Calibrated(calibration, presses, recovery, reduced, judged, depths, widening=widening)
@@ -189,11 +188,11 @@ def _lawful(calibration: Calibration, law: str) -> Calibration:
 
 
 def _checked(
-    calibration: Calibration, recovery: Truth, unseen: Sequence[np.ndarray]
+    calibration: Calibration, recovery: Truth, unseen: np.ndarray | None
 ) -> tuple[Calibration, Truth | None, float]:
     """The calibration, widened if it does not hold the presses of its checks as it says; what it made of the `unseen`
     ones before; and the factor."""
-    presses = np.concatenate([np.empty((0, 4)), *unseen])
+    presses = np.empty((0, 4)) if unseen is None else unseen
     judged = Truth.of(calibration, presses) if len(presses) else None
     wider, widening = held_as_stated(
         calibration,
@@ -202,7 +201,7 @@ def _checked(
             "presses between those that it was fitted to": recovery.presses,
         },
     )
-    if unseen and not (judged and len(judged.inside)):
+    if unseen is not None and not (judged and len(judged.inside)):
         unchecked = "no press at finite strain lies in its domain: its intervals were not checked by one"
         wider = replace(wider, notes=(*wider.notes, unchecked))
     return calibration if wider is calibration else with_compact(wider), judged, widening

@@ -97,6 +97,10 @@ class Linearisation:
         compliance = loads.T @ response
         return cls(factor, body.scale, loads, response, (compliance + compliance.T) / 2)
 
+    def of_pressure(self, n: int) -> "Linearisation":
+        """The same without friction: of the pressures at n nodes alone."""
+        return replace(self, loads=self.loads[:, :n], response=self.response[:, :n], compliance=self.compliance[:n, :n])
+
     def solve(self, force: np.ndarray) -> np.ndarray:
         """Change of the unknowns (free,) under a force (free,)."""
         return self.scale * self.factor.solve_once(self.scale * force)

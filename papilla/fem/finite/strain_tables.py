@@ -10,7 +10,8 @@ file that ships, with 36 presses a table on its reference mesh.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from time import perf_counter
 
 import numpy as np
@@ -20,13 +21,13 @@ from papilla.core.progress import CountedStep, Progress, counted, silent
 from papilla.core.workers import Start, workers
 from papilla.fem.finite.newton import Linearisation
 from papilla.fem.finite.pressing import LOAD_GROWTH, PressProblem, press_path, result
-from papilla.fem.finite.touching import STICK_FRICTION, Touching
+from papilla.fem.finite.touching import STICK_FRICTION
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.large_strain import LEAST_PRESSES, LargeStrain, at_ratio, keep, known
 from papilla.fem.pressing.press import Press
-from papilla.fem.pressing.specimen_strain import with_specimen_strain
 from papilla.fem.reduction.family import with_moduli
 from papilla.fem.reduction.finger_model import FingerModel
+from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.mesh import LayeredMesh, build
 from papilla.mesh.body import narrowest_mm, sharpest_mm
 from papilla.model.finger import Finger
@@ -60,9 +61,85 @@ _REFUSED: dict[tuple[str, float, bool], str] = {}
 """Reasons why tables cannot be made, so that they are not tried again at each press."""
 
 
+@dataclass(frozen=True, eq=False)
+class PressedFinger:
+    """A finger on its mesh that blocks of its bench press at the apex; what all these presses share is made once."""
+
+    finger: Finger
+    mesh: LayeredMesh
+
+    @cached_property
+    def reduced(self) -> ReducedFinger:
+        """The linear finger on the same mesh."""
+        return FingerModel(self.finger, self.mesh).reduce()
+
+    def presses(
+        self,
+        forces: Sequence[float],
+        moduli: Sequence[float],
+        friction: Friction,
+        progress: Progress = silent,
+        growth: float = LOAD_GROWTH,
+    ) -> Iterator[Press]:
+        """Presses at finite strain by rising forces (N) on blocks of some moduli (MPa), as far as the model allows.
+
+        The blocks themselves stay linear: `with_specimen_strain(press, pressed.skin)` adds what they change. `growth`
+        is that of the load between steps, with friction. Each force starts from the one before, so this is faster than
+        as many `press_finite`.
+        """
+        coefficient = min(STICK_FRICTION, friction_coefficient(friction))
+        linearisation: Linearisation | None = self._rubbing if coefficient else self._smooth
+        for count, modulus in enumerate(moduli):
+            equilibrium = None
+            touching = replace(self._scene.touching, specimen=self.finger.bench.specimen(modulus), friction=coefficient)
+            scene = replace(self._scene, touching=touching)
+            for number, force in enumerate(forces, 1):
+                began, share = perf_counter(), force / len(scene.touching.patch.images)
+                try:
+                    equilibrium, *_, linearisation = press_path(
+                        scene,
+                        share,
+                        None,
+                        start=equilibrium,
+                        linearisation=linearisation,
+                        tolerance=FINITE_PRESS_TOLERANCE,
+                        growth=growth,
+                    )
+                    press = result(scene, equilibrium, force, "finite", began)
+                except (ContactRangeError, SolverError):
+                    break
+                finally:
+                    progress(
+                        CountedStep("presses at finite strain", count * len(forces) + number, len(forces) * len(moduli))
+                    )
+                yield press
+
+    @property
+    def skin(self) -> tuple[float, float]:
+        """Thickness (mm) and modulus (MPa) of the outer layer at the apex."""
+        return self._scene.skin
+
+    @cached_property
+    def _scene(self) -> PressProblem:
+        specimen = self.finger.bench.specimen(self.finger.inner.modulus)
+        return PressProblem.of(self.finger, self.mesh, specimen, {}, (0.0, 0.0), STICK_FRICTION)
+
+    @cached_property
+    def _rubbing(self) -> Linearisation:
+        """The factorised tangent at rest, with friction."""
+        return Linearisation.at(self._scene.body, self._scene.touching, self._scene.at_rest)
+
+    @cached_property
+    def _smooth(self) -> Linearisation:
+        """The same without friction; a part of it, if that is known."""
+        if "_rubbing" in self.__dict__:
+            return self._rubbing.of_pressure(len(self._scene.touching.patch.mass))
+        smooth = replace(self._scene, touching=replace(self._scene.touching, friction=0.0))
+        return Linearisation.at(smooth.body, smooth.touching, smooth.at_rest)
+
+
 def measure_large_strain(
-    finger: Finger,
-    mesh: LayeredMesh,
+    pressed: PressedFinger,
     *,
     friction: Friction = 0.0,
     forces: Sequence[float] = RELATIVE_TABLE_FORCES,
@@ -78,14 +155,13 @@ def measure_large_strain(
     Raises `InputError` if too few remain or if there are not two layers below the apex, and what reducing and
     factorising raise.
     """
-    reduced, inner = FingerModel(finger, mesh).reduce(), finger.inner.modulus
+    finger, reduced = pressed.finger, pressed.reduced
     if len(reduced.layers) < 2:
         raise InputError("the finger has no two layers below the apex")
-    coefficient = friction_coefficient(friction)
+    inner, coefficient = finger.inner.modulus, friction_coefficient(friction)
     rows: list[tuple] = []
     loads = [force * inner * narrowest_mm(finger) ** 2 for force in forces]
-    on = [modulus * inner for modulus in moduli]
-    for finite, _ in paths(finger, mesh, loads, on, friction, progress, growth):
+    for finite in pressed.presses(loads, [modulus * inner for modulus in moduli], friction, progress, growth):
         touched = finger.bench.specimen(finite.modulus)
         try:
             # The nodal contact without the ellipse's correction, because presses at finite strain have the same nodal
@@ -99,64 +175,6 @@ def measure_large_strain(
         raise InputError(f"only {len(rows)} of {len(forces) * len(moduli)} presses at finite strain can be made")
     force, modulus, small, large = map(np.array, zip(*rows, strict=True))
     return LargeStrain(finger.outer.modulus / inner, force, modulus, small, large, coefficient)
-
-
-def finite_presses(
-    finger: Finger,
-    mesh: LayeredMesh,
-    forces: Sequence[float],
-    moduli: Sequence[float],
-    friction: Friction,
-    progress: Progress = silent,
-) -> Iterator[Press]:
-    """Presses at finite strain by rising forces (N) on the bench's blocks of some moduli (MPa), as far as the model
-    allows.
-
-    Each force starts from the one before, and all share factorised matrices, so this is faster than as many
-    `press_finite`.
-    """
-    for press, skin in paths(finger, mesh, forces, moduli, friction, progress):
-        yield with_specimen_strain(press, skin)
-
-
-def paths(
-    finger: Finger,
-    mesh: LayeredMesh,
-    forces: Sequence[float],
-    moduli: Sequence[float],
-    friction: Friction,
-    progress: Progress,
-    growth: float = LOAD_GROWTH,
-) -> Iterator[tuple[Press, tuple[float, float]]]:
-    """The presses of `finite_presses` on blocks that stay linear, and the skin where they are touched."""
-    linearisation: Linearisation | None = None
-    coefficient = min(STICK_FRICTION, friction_coefficient(friction))
-    body = PressProblem.of(finger, mesh, finger.bench.specimen(moduli[0]), {}, (0.0, 0.0), coefficient)
-    for count, modulus in enumerate(moduli):
-        equilibrium = None
-        # Another specimen on the same body: its factorised tangent stays valid.
-        touching = Touching(body.touching.loaded, finger.bench.specimen(modulus), coefficient)
-        scene = replace(body, touching=touching)
-        for number, force in enumerate(forces, 1):
-            began, share = perf_counter(), force / len(scene.touching.patch.images)
-            try:
-                equilibrium, *_, linearisation = press_path(
-                    scene,
-                    share,
-                    None,
-                    start=equilibrium,
-                    linearisation=linearisation,
-                    tolerance=FINITE_PRESS_TOLERANCE,
-                    growth=growth,
-                )
-                press = result(scene, equilibrium, force, "finite", began)
-            except (ContactRangeError, SolverError):
-                break
-            finally:
-                progress(
-                    CountedStep("presses at finite strain", count * len(forces) + number, len(forces) * len(moduli))
-                )
-            yield press, scene.skin
 
 
 def ensure_large_strain(
@@ -197,16 +215,16 @@ def begin_large_strain(
     refused = next((_REFUSED[key, *table_key] for table_key in missing if (key, *table_key) in _REFUSED), "")
     if not missing or refused:
         return lambda: refused
-    # Stuck presses take three times as long, so they begin first
-    missing.sort(key=lambda table_key: not table_key[1])
-    begun = [start(measure_few, finger, *table_key) for table_key in missing]
+    # Of one ratio in one process, because they share mesh, factor and linear finger; stuck first, whose factor is all
+    ends_of_ratio = {ratio: sorted({stuck for of, stuck in missing if of == ratio})[::-1] for ratio, _ in missing}
+    begun = [start(measure_few, finger, ratio, stuck) for ratio, stuck in ends_of_ratio.items()]
 
     def wait() -> str:
         """Keep the tables when they are done; returns why there are none, or an empty text."""
         try:
-            for number, table in enumerate(begun, 1):
-                keep(key, [LargeStrain.from_json(table())])
-                progress(CountedStep(f"large strain: {number} of {len(missing)} tables", number, len(missing)))
+            for number, made in enumerate(begun, 1):
+                keep(key, [LargeStrain.from_json(table) for table in made()])
+                progress(CountedStep(f"large strain: {number} of {len(begun)} ratios", number, len(begun)))
         except (InputError, SolverError) as error:
             _REFUSED.update({(key, *table_key): f"large strain is not included: {error}" for table_key in missing})
             return _REFUSED[key, *missing[0]]
@@ -215,17 +233,22 @@ def begin_large_strain(
     return wait
 
 
-def measure_few(finger: Finger, ratio: float, stuck: bool, progress: Progress) -> dict:
-    """The table (`LargeStrain.to_json`) of a finger with its moduli at a ratio, from few presses on a coarse mesh."""
-    name = f"large strain, layers 1 : {ratio:.3g}, {'stuck' if stuck else 'without friction'}: press"
+def measure_few(finger: Finger, ratio: float, ends: Sequence[bool], progress: Progress) -> list[dict]:
+    """The tables (`LargeStrain.to_json`), stuck (True) and without friction, of a finger with its moduli at a ratio,
+    from few presses on a coarse mesh."""
     mesh = build(finger, RELATIVE_ELEMENT_SIZE * sharpest_mm(finger))
     if abs(ratio * finger.inner.modulus / finger.outer.modulus - 1) > 1e-12:
         finger = with_moduli(finger, ratio * finger.inner.modulus, finger.inner.modulus)
-    forces = [RELATIVE_TABLE_FORCES[k] for k in FEW_FORCES]
-    friction: Friction = STUCK if stuck else 0.0
-    return measure_large_strain(
-        finger, mesh, friction=friction, forces=forces, moduli=FEW_MODULUS_RATIOS, progress=counted(progress, name)
-    ).to_json()
+    forces, pressed, made = [RELATIVE_TABLE_FORCES[k] for k in FEW_FORCES], PressedFinger(finger, mesh), []
+    for stuck in ends:
+        words = "stuck" if stuck else "without friction"
+        steps = counted(progress, f"large strain, layers 1 : {ratio:.3g}, {words}: press")
+        friction: Friction = STUCK if stuck else 0.0
+        table = measure_large_strain(
+            pressed, friction=friction, forces=forces, moduli=FEW_MODULUS_RATIOS, progress=steps
+        )
+        made.append(table.to_json())
+    return made
 
 
 def _values(press: Press, inner: float) -> np.ndarray:

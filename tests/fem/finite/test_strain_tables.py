@@ -9,7 +9,7 @@ from scaled_finger import scaled_finger, without_lengths
 from papilla import Finger, fem
 from papilla.core.errors import InputError
 from papilla.design.geometry import borrow
-from papilla.fem.finite.strain_tables import ensure_large_strain, measure_large_strain
+from papilla.fem.finite.strain_tables import PressedFinger, ensure_large_strain, measure_large_strain
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.large_strain import keep, known
 from papilla.mesh import default_size_mm
@@ -43,7 +43,9 @@ def test_a_table_has_the_presses_that_are_made_one_by_one(dome):
     told, inner = [], finger.inner.modulus
     forces, moduli = (1.0, 3.0, 9.0, 18.0), (0.5, 4.0, 1e4)
     height = narrowest_mm(finger)
-    table = measure_large_strain(finger, mesh, forces=np.array(forces) / height**2, moduli=moduli, progress=told.append)
+    table = measure_large_strain(
+        PressedFinger(finger, mesh), forces=np.array(forces) / height**2, moduli=moduli, progress=told.append
+    )
     assert [(step.done, step.total) for step in told] == [(k, 12) for k in range(1, 13)]
     assert (table.ratio, table.friction) == (pytest.approx(4.0), 0.0)
     assert table.force == pytest.approx(np.tile(forces, 3)) and table.modulus == pytest.approx(np.repeat(moduli, 4))
@@ -56,7 +58,7 @@ def test_a_table_has_the_presses_that_are_made_one_by_one(dome):
             # Presses of a table stop at a relative residual of 1e-4, from which S_d is off by 1e-5
             assert rows[k] == pytest.approx(expected, rel=1e-4, abs=1e-4 * np.abs(one.values).max())
     with pytest.raises(InputError, match="only 2 of 2 presses at finite strain can be made"):
-        measure_large_strain(finger, mesh, forces=(0.0025, 0.0075), moduli=(4.0,))
+        measure_large_strain(PressedFinger(finger, mesh), forces=(0.0025, 0.0075), moduli=(4.0,))
 
 
 @pytest.mark.slow
