@@ -8,7 +8,6 @@ import numpy as np
 
 from papilla.calibration import GaugeSurface, SdSurface, Uncertainty
 from papilla.calibration.fitting.surface_fit import usable_part
-from papilla.calibration.fitting.sweep import DEFAULT_MODULI
 from papilla.core.errors import InputError
 from papilla.core.units import TINY_DIVISOR, UM_PER_MM, to_microstrain
 from papilla.design.geometry import gains_of
@@ -66,11 +65,11 @@ def calibration_errors(presses: DesignPresses) -> tuple[float, np.ndarray]:
     """
     finger, stuck = presses.finger, presses.scene.unknown.friction != 0
     end, (outer, inner) = presses.ends[stuck], presses.moduli
-    swept = np.array(presses.scene.swept_N)
+    swept, moduli = map(np.array, presses.scene.swept(finger))
     if end.large_strain:
         swept = swept[_between_forces(finger, swept, math.log(LARGEST_FORCE_RATIO))]
     # Errors are relative to means over a sweep; a thinner one has the same means.
-    force, modulus = map(np.ravel, np.meshgrid(swept[:: SWEEP_STEPS[0]], DEFAULT_MODULI[:: SWEEP_STEPS[1]]))
+    force, modulus = map(np.ravel, np.meshgrid(swept[:: SWEEP_STEPS[0]], moduli[:: SWEEP_STEPS[1]]))
     valid = (modulus >= presses.softest_MPa) & end.inside(force, modulus, outer, inner)
     if not valid.any():
         raise InputError("no press of a calibration of this finger lies within the range of the model")

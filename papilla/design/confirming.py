@@ -13,7 +13,7 @@ from papilla import fem
 from papilla.calibration import Calibration
 from papilla.calibration.fitting.fit import fit
 from papilla.calibration.fitting.job import SCATTER_STEP, SCATTER_VARIANTS, cached_sweep
-from papilla.calibration.fitting.sweep import DEFAULT_MODULI, NOT_INCLUDED
+from papilla.calibration.fitting.sweep import NOT_INCLUDED, CalibrationRanges
 from papilla.core.errors import PapillaError
 from papilla.core.progress import Progress
 from papilla.core.units import PER_CENT
@@ -76,7 +76,7 @@ def calibrated_finger(finger: Finger, scene: DesignScene, processes: int, progre
     ends = (False, True) if stated is None else ends_of(friction_coefficient(friction))
     with workers(processes, progress) as start:
         doubt = begin_large_strain(finger, ends, start, progress=progress)()
-    block, forces, moduli = finger.bench.specimen, scene.swept_N, DEFAULT_MODULI
+    block, (forces, moduli) = finger.bench.specimen, scene.swept(finger)
     size = default_size_mm(finger)
     reduced = fem.prepare(finger, size_mm=size, progress=progress)
     progress("sweeping over force and modulus")
@@ -88,7 +88,14 @@ def calibrated_finger(finger: Finger, scene: DesignScene, processes: int, progre
         variant_finger = fem.prepare(finger, size_mm=size, variant=variant, progress=progress)
         others.append(cached_sweep(variant_finger, moduli[::SCATTER_STEP], forces[::SCATTER_STEP], block, 0.0))
     error = NOT_INCLUDED if doubt else large_strain_error(reduced, friction_coefficient(friction))
-    return fit(presses, others, frictionless=free, friction_known=stated is not None, strain=error)
+    return fit(
+        presses,
+        others,
+        frictionless=free,
+        friction_known=stated is not None,
+        strain=error,
+        ranges=CalibrationRanges.of(finger),
+    )
 
 
 def sigmas_of(calibration: Calibration, scene: DesignScene) -> dict[str, np.ndarray]:

@@ -15,13 +15,14 @@ from typing import Any, Literal
 import numpy as np
 
 from papilla.calibration.fitting.surface_fit import SurfaceFit, table_resolution
-from papilla.calibration.fitting.sweep import DEFAULT_FORCES
+from papilla.calibration.fitting.sweep import CalibrationRanges
 from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.core.units import UM_PER_MM
 from papilla.estimators.softness.channels import Doubts, GaugeSurfaces, SdReading
 from papilla.estimators.softness.fitter import PRIOR_REACH, Fitter
 from papilla.estimators.softness.touch import TOUCH_RULES
+from papilla.model.finger import Finger
 
 GRID_FORCES, GRID_MODULI = 10, 14
 """Numbers of forces and of moduli of the grid: the fewest forces for cells of a spline, and steps of 0.2 in ln E."""
@@ -112,12 +113,12 @@ class DesignScene:
         points = np.meshgrid(forces, moduli, indexing="ij")
         return points[0].ravel(), points[1].ravel()
 
-    @property
-    def swept_N(self) -> tuple[float, ...]:
-        """Forces of a calibration: the usual ones, or as far as the scene needs, as contacts of a small finger soon
-        leave its patch."""
-        share = min(1.0, SWEPT_BEYOND * self.force_N[1] / DEFAULT_FORCES[-1])
-        return tuple(share * force for force in DEFAULT_FORCES)
+    def swept(self, finger: Finger) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Forces (N) and moduli (MPa) of a finger's calibration: the usual ones; forces only as far as the scene needs,
+        as contacts of a small finger soon leave its patch."""
+        ranges = CalibrationRanges.of(finger)
+        share = min(1.0, SWEPT_BEYOND * self.force_N[1] / ranges.forces[-1])
+        return tuple(share * force for force in ranges.forces), ranges.moduli
 
     @property
     def solver(self) -> SurfaceFit:

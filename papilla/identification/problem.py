@@ -61,9 +61,9 @@ ALIKE_ZEROS, ZERO_TAIL_FREEDOM = 1.5, 4.0
 """Prior of a zero: Student's t of so many degrees of freedom, as wide as so many times the gauges' median zero, because
 amplifiers of one bench are balanced alike; a single one may still be far off."""
 
-SOFT_SPECIMEN_ERROR = 0.35
-"""Relative error of strain and indentation per F / (E H^2), H being `narrowest_mm` and E the specimen's modulus: a
-block's own large strain. The independent code differs by 0.7, 1.1 to 1.4 and 1.5 to 2.4 % at 0.011, 0.022 and 0.044."""
+SOFT_SPECIMEN_ERROR = 0.15
+"""Relative error of strain and indentation per F / (E H^2), H being `narrowest_mm` and E the specimen's modulus: what
+is left of a block's own large strain (`papilla.fem.pressing.specimen_strain`), the contact's area not being known."""
 
 ASIDE_PER_MM2 = 3e-4
 """Relative standard deviation of an indentation 1 mm beside the apex, which is assumed to equal that at the apex; it

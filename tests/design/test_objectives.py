@@ -89,7 +89,7 @@ def test_errors_of_a_calibration_are_shares_of_its_sweep(design):
     finger = gained([1.0] * 5)
     bent = replace(finger, gauges=tuple(replace(gauge, membrane_gain=0.0, lever_mm=1.0) for gauge in finger.gauges))
     thin = replace(finger, gauges=tuple(replace(gauge, lever_mm=0.0) for gauge in finger.gauges))
-    force, modulus = map(np.ravel, np.meshgrid(SCENE.swept_N[::6], DEFAULT_MODULI[::3]))
+    force, modulus = map(np.ravel, np.meshgrid(SCENE.swept(Finger.default())[0][::6], DEFAULT_MODULI[::3]))
     for one, share in ((design(bent), 0.018), (design(thin), math.hypot(0.018, 0.0025))):
         end = one.ends[1]
         valid = end.inside(force, modulus, *one.moduli) & (modulus >= one.softest_MPa)

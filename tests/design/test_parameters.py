@@ -215,7 +215,9 @@ def test_a_finger_a_third_as_large_has_the_large_strain_of_the_FINGER(tmp_path, 
         assert strain == pytest.approx(1.0) and curvature == pytest.approx(3.0)
 
 
-@pytest.mark.parametrize("inner, begins", [(0.034, "begins at 0.02 MPa"), (0.4, "begins at 0.2"), (20.0, "has no")])
+@pytest.mark.parametrize(
+    "inner, begins", [(0.034, "begins at 0.02 MPa"), (0.4, "begins at 0.2"), (20.0, "begins at 10 MPa")]
+)
 def test_a_specimen_below_the_first_modulus_of_a_calibration_is_refused(made_up_geometry, inner, begins):
     finger, places = FINGER, Places.of(FINGER)
     free, stuck = made_up_geometry(with_sites(finger, places), places).ends

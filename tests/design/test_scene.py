@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibration import DEFAULT_MODULI, GaugeSurface, SdSurface, Uncertainty
+from papilla.calibration import GaugeSurface, SdSurface, Uncertainty
 from papilla.calibration.fitting.surface_fit import usable_part
 from papilla.design.calibrated import DesignSurfaces, calibration_errors, depth_surface
 from papilla.design.geometry import GeometryMap, gains_of, with_sites
@@ -111,11 +111,11 @@ def test_errors_of_a_calibration_with_large_strain(strained, factor, most_N, fri
     modulus, by up to 2.25 times; and 0.25 % of the membrane strain for meshes."""
     design, stuck = strained(factor, most_N, friction), friction != 0
     outer, inner = design.moduli
-    swept = np.array(design.scene.swept_N)
+    swept, moduli = map(np.array, design.scene.swept(design.finger))
     area = swept / inner
     swept = swept[(area >= 0.9 / 2.25) & (area <= 36 * 2.25)]
     lost = np.mean((swept / inner < 0.9 * math.exp(-0.05)) | (swept / inner > 36 * math.exp(0.05)))
-    force, modulus = (axis.ravel() for axis in np.meshgrid(swept[::6], DEFAULT_MODULI[::3]))
+    force, modulus = (axis.ravel() for axis in np.meshgrid(swept[::6], moduli[::3]))
     end = design.ends[stuck]
     valid = (modulus >= 0.5 * inner) & end.inside(force, modulus, outer, inner)
     gains = gains_of(design.finger)

@@ -130,7 +130,10 @@ def test_the_grid_of_a_scene_extends_beyond_it():
     assert np.unique(force) == pytest.approx(np.geomspace(0.2 / 1.25, 0.8 * 1.25, 10))
     assert np.unique(modulus) == pytest.approx(np.geomspace(0.1 / 1.05, 0.4 * 1.05, 14))
     assert len(force) == len(modulus) == 140 and force[0] == force[13] < force[14] and modulus[0] < modulus[1]
-    assert DesignScene((0.2, 0.5)).swept_N[-1] == pytest.approx(0.525) and DesignScene().swept_N[-1] == 1.0
+    assert (
+        DesignScene((0.2, 0.5)).swept(Finger.default())[0][-1] == pytest.approx(0.525)
+        and DesignScene().swept(Finger.default())[0][-1] == 1.0
+    )
     for parts in ({"forces": 2}, {"moduli": 40}):
         assert DesignScene(**parts).points[0][0] == pytest.approx(0.2)
     for name in ("samples", "gauge_noise_microstrain", "force_noise_N", "depth_noise_mm", "depth_mm", "place_mm"):

@@ -64,7 +64,15 @@ def test_points_lie_evenly_within_the_domain_and_rise(found, both):
 
 def test_only_the_shared_domain_is_judged(both, made_up):
     hard = made_up.modulus_MPa > 0.6
-    columns = ("force_N", "modulus_MPa", "reading", "sd_microstrain", "indentation_mm", "contact_area_mm2")
+    columns = (
+        "force_N",
+        "modulus_MPa",
+        "reading",
+        "sd_microstrain",
+        "indentation_mm",
+        "contact_area_mm2",
+        "specimen_error",
+    )
     part = {name: getattr(made_up, name)[hard] for name in (*columns, "peak_pressure_MPa", "resolved")}
     status = tuple(one for one, kept in zip(made_up.status, hard, strict=True) if kept)
     other = Candidate("hard", fit(replace(made_up, status=status, **part)))

@@ -134,7 +134,7 @@ class GaugeSoftness(touch.TouchEstimator):
         gauge_sigma: float,
         force_sigma_N: float,
         doubts: Doubts | None = None,
-        contact_force_N: float = touch.CONTACT_N,
+        contact_force_N: float | None = None,
         saturation: float = math.inf,
         stuck_samples: int = STUCK_SAMPLES,
         position_sigma_mm: float | None = None,
@@ -154,7 +154,8 @@ class GaugeSoftness(touch.TouchEstimator):
             raise InputError(f"at least {self._least - 1} gauges are needed, the calibration has {surfaces.channels}")
         fitter = Fitter(surfaces, gauge_sigma, force_sigma_N, doubts or Doubts(), position_sigma_mm)
         self._used: dict[tuple[int, ...], tuple[np.ndarray, int]] = {}
-        super().__init__(fitter, surfaces.channels, contact_force_N, saturation, stuck_samples)
+        contact = touch.contact_N(calibration) if contact_force_N is None else contact_force_N
+        super().__init__(fitter, surfaces.channels, contact, saturation, stuck_samples)
 
     def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]) -> GaugeEstimate:
         """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.check` finds them."""

@@ -32,7 +32,13 @@ from papilla.estimators.stream import SpreadTask, Stream, completed
 NOISE_REACH = 4.0
 """Number of sigmas by which a measured force may lie outside the domain, if S_d shows that it is inside."""
 CONTACT_N = 0.02
-"""Default force below which there may be no contact."""
+"""Force below which there may be no contact, of the default finger; that of another one in proportion to the forces of
+its calibration."""
+
+
+def contact_N(calibration: Calibration) -> float:
+    """`CONTACT_N` of a calibration's finger."""
+    return CONTACT_N * float(calibration.finger.get("force_factor", 1.0))
 
 
 @dataclass(frozen=True)
@@ -347,7 +353,8 @@ class Softness(TouchEstimator):
     doubts : all other uncertain quantities; the modulus' sigma contains them.
     memory_s : time constant of forgetting; inf remembers until contact is lost.
     sample_rate_Hz : sampling rate; only used with a finite memory.
-    contact_force_N : with force and readings below it there is no contact, and the touch is forgotten.
+    contact_force_N : with force and readings below it there is no contact, and the touch is forgotten; None takes
+        `contact_N`.
     saturation : |reading| in microstrain from which a gauge is saturated.
     stuck_samples : a gauge that repeats its reading this often while another moves is stuck.
 
@@ -365,7 +372,7 @@ class Softness(TouchEstimator):
         doubts: Doubts | None = None,
         memory_s: float = math.inf,
         sample_rate_Hz: float = SAMPLE_RATE_HZ,
-        contact_force_N: float = CONTACT_N,
+        contact_force_N: float | None = None,
         saturation: float = math.inf,
         stuck_samples: int = STUCK_SAMPLES,
     ):
@@ -379,7 +386,8 @@ class Softness(TouchEstimator):
         stated = replace(stated, zero_microstrain=stated.zero_microstrain / math.sqrt(gauges))
         self._surface = SdReading(calibration)
         fitter = Fitter(self._surface, self._reading_sigma, force_sigma_N, stated, None)
-        super().__init__(fitter, gauges, contact_force_N, saturation, stuck_samples)
+        contact = contact_N(calibration) if contact_force_N is None else contact_force_N
+        super().__init__(fitter, gauges, contact, saturation, stuck_samples)
 
     def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]) -> SoftnessEstimate:
         """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.check` finds them."""
