@@ -26,7 +26,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass
-from functools import cache
+from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import resolve_name
 from pathlib import Path
@@ -41,6 +41,9 @@ from papilla.core.outside import check_own, own_bytes, read_arrays, read_bytes, 
 
 CACHE_VARIABLE, PATIENCE_VARIABLE = "PAPILLA_CACHE", "PAPILLA_CACHE_PATIENCE_S"
 """Environment variables: the folder of the cache, and what replaces `LOCK_PATIENCE_S`."""
+
+USER_VARIABLES = ("XDG_CACHE_HOME", "HOME", "USERPROFILE", "LOCALAPPDATA")
+"""Environment variables on which the user's cache folder depends."""
 
 LOCK_PATIENCE_S, GIVE_UP_S = 5.0, 1800.0
 """Times (s) for which another process may hold an entry: after the first this process says that it waits, after the
@@ -91,7 +94,12 @@ def versioned_key(name: str, version: int, *values: object) -> str:
 
 def folder() -> Path:
     """The cache's folder (it need not exist)."""
-    chosen = os.environ.get(CACHE_VARIABLE)
+    return _folder(os.environ.get(CACHE_VARIABLE), *map(os.environ.get, USER_VARIABLES))
+
+
+@lru_cache(maxsize=8)
+def _folder(chosen: str | None, *_user: str | None) -> Path:
+    """`folder`, kept for each state of the environment."""
     return Path(chosen or user_cache_dir("papilla", appauthor=False))
 
 

@@ -105,23 +105,37 @@ def loading_path(reduced: ReducedFinger, specimen: Specimen, friction: float) ->
 @kept(64)
 def _plain_path(reduced: ReducedFinger, specimen: Specimen) -> "LoadingPath":
     """The path without friction. Its first order of nodes is that of a path at a similar modulus."""
-    patch, guess = reduced.patch, None
+    guess = None
     if specimen.elastic:
         # Moduli are rounded to a grid in ln E: a sweep solves a new order at some of them, and the others start from
         # it.
-        near = replace(specimen.unit, modulus=math.exp(ORDER_STEP * round(math.log(specimen.modulus) / ORDER_STEP)))
-        guess = _plain_path(reduced, near).whole if near != specimen else None
-    compliance = reduced.compliance + reduced.specimen_compliance(specimen)
-    return LoadingPath(ContactProblem(compliance, patch.mass, weak_gap(patch, specimen.unit)), 0.0, guess)
+        near = math.exp(ORDER_STEP * round(math.log(specimen.modulus) / ORDER_STEP))
+        guess = _near_path(reduced, specimen.unit, near) if near != specimen.modulus else None
+    return LoadingPath(_problem(reduced, specimen), 0.0, guess)
+
+
+@kept(64)
+def _near_path(reduced: ReducedFinger, unit: Specimen, modulus: float) -> ContactPath | None:
+    """The path without friction on a specimen of another modulus (MPa) than 1."""
+    return _plain_path(reduced, replace(unit, modulus=modulus)).whole
 
 
 @kept()
 def _rubbing_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "LoadingPath":
-    patch = reduced.patch
-    compliance = reduced.traction_compliance + reduced.specimen_compliance(specimen, tractions=True)
-    fixed = ((patch.xy == 0) & (patch.images < 0).any(axis=0)).T
-    problem = ContactProblem(compliance, patch.mass, weak_gap(patch, specimen.unit), fixed)
-    return LoadingPath(problem, friction, _plain_path(reduced, specimen).whole)
+    return LoadingPath(_problem(reduced, specimen, tractions=True), friction, _plain_path(reduced, specimen).whole)
+
+
+def _problem(reduced: ReducedFinger, specimen: Specimen, *, tractions: bool = False) -> ContactProblem:
+    """The contact of a finger and a specimen, for pressure alone or with tangential `tractions`."""
+    patch, unit = reduced.patch, specimen.unit
+    return ContactProblem(
+        reduced.traction_compliance if tractions else reduced.compliance,
+        patch.mass,
+        weak_gap(patch, unit),
+        ((patch.xy == 0) & (patch.images < 0).any(axis=0)).T if tractions else None,
+        reduced.specimen_compliance(unit, tractions=tractions),
+        specimen.modulus if specimen.elastic else 1.0,
+    )
 
 
 class LoadingPath:

@@ -26,6 +26,7 @@ delta = 3 both press: t = (4/3, 1/3).
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg.blas import dtrsm
@@ -38,6 +39,10 @@ MOST_ORDERS = 24
 
 EVEN_DEPTH_SHARE, PATH_ROUNDING_SHARE = 1e-12, 1e-10
 """Shares that count as rounding: of a depth when nodes are sorted, and of the largest gap or pressure of a path."""
+
+WIDEST_GROUP_SHARE = 0.25
+"""Largest group of unknowns that change places among themselves, as a share of all, up to which a factor is turned into
+the one of another order: a group of w takes about 2 w^2 k operations, a new factor k^3 / 3."""
 
 FIRST_NODES = 24
 """Number of nodes with which a path begins if it has no guess."""
@@ -55,15 +60,32 @@ class ContactProblem:
     """Two bodies condensed to n contact nodes, with c = 1 component (pressure) or 3 (pressure and shears along both
     axes).
 
-    compliance : (c n, c n) of both, mm3 / MPa: closure, then slip along either axis, under [p, q_1, q_2].
+    finger : (c n, c n) compliance, mm3 / MPa: closure, then slip along either axis, under [p, q_1, q_2].
     mass : (n,) mm2. gap : (n,) weak gap at rest, mm3.
     fixed : (2, n) tangential tractions that symmetry keeps zero; None without friction.
+    specimen : (c n, c n) compliance of one of 1 MPa; `modulus` : of the one that is pressed, MPa. Without it `finger`
+    is the compliance of both.
     """
 
-    compliance: np.ndarray
+    finger: np.ndarray
     mass: np.ndarray
     gap: np.ndarray
     fixed: np.ndarray | None = None
+    specimen: np.ndarray | None = None
+    modulus: float = 1.0
+
+    @cached_property
+    def compliance(self) -> np.ndarray:
+        """(c n, c n) of both bodies, mm3 / MPa. A growing contact needs only a part of it (`part`)."""
+        return self.finger if self.specimen is None else self.finger + self.specimen / self.modulus
+
+    def part(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """The compliance (r, k) of both bodies in these rows (r,) and columns (k,)."""
+        places = rows[:, None] * len(self.finger) + columns
+        part = self.finger.take(places)
+        if self.specimen is not None:
+            part += self.specimen.take(places) / self.modulus
+        return part
 
     @cached_property
     def free(self) -> np.ndarray:
@@ -80,8 +102,10 @@ class ContactProblem:
 
     def moved(self, traction: np.ndarray) -> np.ndarray:
         """Weak closure and slip (c, n), in mm3, under tractions (c, n)."""
-        index = np.flatnonzero(traction)
-        return (self.compliance[:, index] @ traction.ravel()[index]).reshape(len(traction), -1)
+        moved = self.finger @ traction.ravel()
+        if self.specimen is not None:
+            moved += self.specimen @ traction.ravel() / self.modulus
+        return moved.reshape(traction.shape)
 
     def force(self, traction: np.ndarray) -> float:
         """Normal force on the patch (N)."""
@@ -139,7 +163,7 @@ class ContactPath:
             # matters, so the order cannot be repaired afterwards.
             if self._stuck or not len(missed) and (np.diff(solved.depth) >= 0).all():
                 break
-            self._solve(np.append(solved.nodes, missed), sort=True)
+            self._solve(np.append(solved.nodes, missed), name, aim, sort=True)
         raise LeavingError(LEAVING_MESSAGE)
 
     def _extended(self, name: str, aim: float, sort: bool) -> "_Solved":
@@ -151,7 +175,7 @@ class ContactPath:
                 return self._solved
             if self._ended:
                 break
-            self._solve(self._longer(name, aim), sort)
+            self._solve(self._longer(name, aim), name, aim, sort)
         raise LeavingError(LEAVING_MESSAGE)
 
     def _longer(self, name: str, aim: float) -> np.ndarray:
@@ -169,10 +193,12 @@ class ContactPath:
         more = max(FIRST_NODES, len(self.nodes) // 2)
         return np.append(self.nodes, order[~np.isin(order, self.nodes)][:more])
 
-    def _solve(self, nodes: np.ndarray, sort: bool) -> None:
-        """Solve for nodes (m,) in this order, or, if `sort` is set, in the order in which they come into contact."""
+    def _solve(self, nodes: np.ndarray, name: str, aim: float, sort: bool) -> None:
+        """Solve for nodes (m,) in this order, or, if `sort` is set, in the order in which they come into contact; with
+        stick it is the path at least up to a force or depth, given by its `name`, or to where nodes leave it."""
+        solved = None
         for _ in range(MOST_ORDERS):
-            solved = _Solved(self.problem, nodes)
+            solved = _Solved(self.problem, nodes, solved)
             order = np.argsort(solved.depth, kind="stable")
             depth = solved.depth[order]
             finite = np.isfinite(depth)
@@ -180,12 +206,12 @@ class ContactPath:
             if sort and not (finite.all() and (np.abs(solved.depth - depth) <= EVEN_DEPTH_SHARE * np.abs(depth)).all()):
                 nodes = nodes[order][finite]
                 continue
+            reached = {"depth": np.maximum.accumulate(solved.depth), "force": np.maximum.accumulate(solved.force)}
             # With stick the state depends on the past: every knot of the path must be sound, not only the last.
             sound, missed = solved.checked() if self._stuck else (len(nodes), nodes[:0])
-            if not len(missed):
-                self._solved, self._ended, self.nodes = solved, sound < len(nodes), nodes[:sound]
-                self.depth = np.maximum.accumulate(solved.depth[:sound])
-                self.force = np.maximum.accumulate(solved.force[:sound])
+            if not len(missed) or (sound and reached[name][sound - 1] >= aim):
+                self._solved, self._ended, self.nodes = solved, sound < len(nodes) and not len(missed), nodes[:sound]
+                self.depth, self.force = reached["depth"][:sound], reached["force"][:sound]
                 return
             nodes = np.append(nodes, missed)
         raise LeavingError(LEAVING_MESSAGE)
@@ -199,7 +225,7 @@ class _Solved:
     infinite where they open; force : (m,) N on the patch at which they do.
     """
 
-    def __init__(self, problem: ContactProblem, nodes: np.ndarray):
+    def __init__(self, problem: ContactProblem, nodes: np.ndarray, before: "_Solved | None" = None):
         parts, n = problem.free.shape
         every = (nodes[:, None] + n * np.arange(parts)).ravel()
         free = problem.free.ravel()[every]
@@ -207,13 +233,21 @@ class _Solved:
         self.place = np.repeat(np.arange(len(nodes)), parts)[free]
         normal = np.flatnonzero(self.index < n)
         self.ends = np.append(normal[1:], len(self.index))
-        matrix = problem.compliance.take(self.index, 0).take(self.index, 1)
-        # The matrix is symmetric, so its transpose is the same matrix in LAPACK's column order, without a copy.
-        self.factor, failed = dpotrf(matrix.T, lower=True, overwrite_a=True)
-        if failed:
-            raise SolverError(
-                "the compliance is not positive definite: an unstable finger, or a mesh too coarse for the specimen"
-            )
+        # A new order of the same nodes needs no new factor if few unknowns change places. A small one is made as fast.
+        factor = None
+        if before is not None and parts > 1 and len(before.nodes) == len(nodes):
+            number = np.empty(problem.free.size, dtype=int)
+            number[before.index] = np.arange(len(self.index))
+            factor = _reordered(before.factor, number[self.index])
+        if factor is None:
+            matrix = problem.part(self.index, self.index)
+            # The matrix is symmetric, so its transpose is the same matrix in LAPACK's column order, without a copy.
+            factor, failed = dpotrf(matrix.T, lower=True, overwrite_a=True)
+            if failed:
+                raise SolverError(
+                    "the compliance is not positive definite: an unstable finger, or a mesh too coarse for the specimen"
+                )
+        self.factor = factor
         sunk, gap = np.zeros((2, len(self.index)))
         sunk[normal], gap[normal] = problem.mass[nodes], problem.gap[nodes]
         self.y = dtrtrs(self.factor, sunk, lower=True)[0]
@@ -257,24 +291,56 @@ class _Solved:
         pressure = traction[normal]
         wrong[self.nodes] = pressure < -PATH_ROUNDING_SHARE * pressure.max()
         if normal.all():
-            gap = traction @ problem.compliance.take(self.index, 0) + problem.gap
+            pressed = np.zeros((1, n))
+            pressed[0, self.index] = traction
+            gap = problem.moved(pressed)[0] + problem.gap
             wrong |= gap - depth * problem.mass < -PATH_ROUNDING_SHARE * np.abs(gap).max()
         return wrong
 
     def checked(self) -> tuple[int, np.ndarray]:
         """Number of knots of the path at which no pressure and no gap is negative; and the nodes outside of the order
         whose gap is negative at the first other knot."""
-        problem, knots, n = self.problem, np.arange(len(self.depth)), len(self.problem.mass)
-        # Column k: right-hand side of the state at which node k touches. One triangular solve gives all states.
-        rising = np.where(self.place[:, None] < knots, np.outer(self.y, self.depth) - self.z[:, None], 0.0)
-        traction = dtrsm(1.0, self.factor, rising, lower=1, trans_a=1)
-        gap = problem.compliance[:n].take(self.index, 1) @ traction + problem.gap[:, None]
-        scale = np.abs(gap).max()
-        gap -= np.outer(problem.mass, self.depth)
-        pressure = traction[self.index < n]
-        pulled = (pressure < -PATH_ROUNDING_SHARE * pressure.max()).any(axis=0)
-        wrong = pulled | (gap < -PATH_ROUNDING_SHARE * scale).any(axis=0)
+        problem, size, n = self.problem, len(self.nodes), len(self.problem.mass)
+        normal, outside = self.index < n, np.delete(np.arange(n), self.nodes)
+        within, beside = self.factor[normal], problem.part(outside, self.index)
+        pressure, closure = np.zeros((size, size)), np.empty((n, size))
+        # Early states need only the beginning of the factor, so the path is checked in two parts.
+        for first, end in pairwise(sorted({0, size // 2, size})):
+            knots, last = np.arange(first, end), self.ends[end - 1]
+            y, z, place = (vector[:last, None] for vector in (self.y, self.z, self.place))
+            # Column k: right-hand side of the state at which node k touches. One triangular solve gives these states.
+            rising = np.where(place < knots, y * self.depth[first:end] - z, 0.0)
+            traction = dtrsm(1.0, self.factor[:last, :last], rising, lower=1, trans_a=1)
+            pressure[:end, first:end] = traction[normal[:last]]
+            # On the nodes of the order the closure A t is L (L^T t): no product with A
+            closure[:size, first:end] = within[:, :last] @ rising
+            closure[size:, first:end] = beside[:, :last] @ traction
+        nodes = np.append(self.nodes, outside)
+        gap = closure + problem.gap[nodes, None]
+        rounding = PATH_ROUNDING_SHARE * np.abs(gap).max()
+        gap -= np.outer(problem.mass[nodes], self.depth)
+        wrong = (pressure < -PATH_ROUNDING_SHARE * pressure.max()).any(axis=0) | (gap < -rounding).any(axis=0)
         if not wrong.any():
-            return len(knots), knots[:0]
+            return size, outside[:0]
         first = int(wrong.argmax())
-        return first, np.setdiff1d(np.flatnonzero(gap[:, first] < 0), self.index)
+        return first, outside[gap[size:, first] < 0]
+
+
+def _reordered(factor: np.ndarray, order: np.ndarray) -> np.ndarray | None:
+    """The factor L of the same unknowns in another `order` (k,) of their present numbers; None if a new one is cheaper.
+
+    L with its rows in the new order still gives the matrix, as L L^T, but is no triangle where unknowns change places
+    among themselves. A rotation Q of the columns of such a group makes it one: L Q (L Q)^T = L L^T.
+    """
+    # A group ends where the unknowns so far are the first ones in both orders.
+    ends = 1 + np.flatnonzero(np.maximum.accumulate(order) == np.arange(len(order)))
+    groups = [(end - size, end) for end, size in zip(ends, np.diff(ends, prepend=0), strict=True) if size > 1]
+    if max((end - first for first, end in groups), default=0) > WIDEST_GROUP_SHARE * len(order):
+        return None
+    factor = np.asfortranarray(factor[order])
+    for first, end in groups:
+        columns = slice(first, end)
+        rotation, triangle = np.linalg.qr(factor[columns, columns].T)
+        factor[first:, columns] = factor[first:, columns] @ (rotation * np.sign(triangle.diagonal()))
+        factor[columns, columns] = np.tril(factor[columns, columns])
+    return factor

@@ -101,8 +101,11 @@ class HertzTable:
 
 def _weights(nodes: Sequence, at: Array) -> list[Array]:
     """Weights of the values at `nodes` for the polynomial through them; `at` may be one number or an array (k,)."""
-    others = [[j for j in range(len(nodes)) if j != i] for i in range(len(nodes))]
-    return [math.prod((at - nodes[j]) / (nodes[i] - nodes[j]) for j in rest) for i, rest in enumerate(others)]
+    away, others = [at - node for node in nodes], [[*nodes[:i], *nodes[i + 1 :]] for i in range(len(nodes))]
+    return [
+        math.prod(away[:i] + away[i + 1 :]) / math.prod([node - other for other in others[i]])
+        for i, node in enumerate(nodes)
+    ]
 
 
 @kept(64)

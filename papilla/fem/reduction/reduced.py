@@ -8,7 +8,6 @@ and factors, hundreds of MB each.
 import json
 import math
 import warnings
-from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property, partial, wraps
@@ -50,6 +49,9 @@ FEW_RESULTS = 8
 """Number of results that `kept` keeps of a function whose results are large."""
 
 
+_NO_RESULT = object()
+
+
 def kept(most: int = FEW_RESULTS) -> Callable[[Function], Function]:
     """Decorator: keep the last `most` results of a function with the object that is its first argument, by its other
     arguments.
@@ -64,18 +66,20 @@ def kept(most: int = FEW_RESULTS) -> Callable[[Function], Function]:
         @wraps(function)
         def found(owner: Any, *others: Any) -> Any:
             """The kept result, or a new one, which is then kept with `owner`."""
-            results = vars(owner).setdefault(name, OrderedDict())
-            if others not in results:
+            results = vars(owner).setdefault(name, {})
+            # A hash of the arguments takes longer than all the rest: one to take the result out, one to put it last.
+            result = results.pop(others, _NO_RESULT)
+            if result is _NO_RESULT:
                 try:
-                    results[others] = function(owner, *others)
+                    result = function(owner, *others)
                 except ContactRangeError as error:
-                    results[others] = error.with_traceback(None)
-                if len(results) > most:
-                    results.popitem(last=False)
-            results.move_to_end(others)
-            if isinstance(results[others], ContactRangeError):
-                raise results[others]
-            return results[others]
+                    result = error.with_traceback(None)
+                if len(results) >= most:
+                    del results[next(iter(results))]
+            results[others] = result
+            if isinstance(result, ContactRangeError):
+                raise result
+            return result
 
         return found  # type: ignore[return-value]
 
@@ -194,10 +198,12 @@ class ReducedFinger:
     def specimen_compliance(self, specimen: Specimen, *, tractions: bool = False) -> np.ndarray:
         """Weak compliance (n, n) of a specimen's surface on the patch, mm3 / MPa; (3n, 3n) with tangential tractions.
 
-        Raises `InputError` if the one with tangential tractions does not fit the one for pressure alone.
+        That of `specimen.unit` is shared by all presses and read-only. Raises `InputError` if the one with tangential
+        tractions does not fit the one for pressure alone.
         """
         unit_compliance = _of_unit(self, specimen.unit, "traction_compliance" if tractions else "compliance")
-        return unit_compliance / (specimen.modulus if specimen.elastic else 1.0)
+        modulus = specimen.modulus if specimen.elastic else 1.0
+        return unit_compliance if modulus == 1.0 else unit_compliance / modulus
 
     def specimen_traction_compliance(self, specimen: Specimen) -> np.ndarray:
         """Deprecated name of `specimen_compliance(specimen, tractions=True)`."""
@@ -346,7 +352,9 @@ def _of_unit(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
             raise InputError(
                 f"{unit.words}: traction_compliance, which friction needs, does not fit compliance: override both"
             )
-    return compliance
+    shared = compliance.view()
+    shared.flags.writeable = False
+    return shared
 
 
 def fetch_tangential(
