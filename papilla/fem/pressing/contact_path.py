@@ -82,9 +82,11 @@ class ContactProblem:
     def part(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
         """The compliance (r, k) of both bodies in these rows (r,) and columns (k,)."""
         places = rows[:, None] * len(self.finger) + columns
-        part = self.finger.take(places)
-        if self.specimen is not None:
-            part += self.specimen.take(places) / self.modulus
+        if self.specimen is None:
+            return self.finger.take(places)
+        part = self.specimen.take(places)
+        part /= self.modulus
+        part += self.finger.take(places)
         return part
 
     @cached_property
@@ -181,12 +183,15 @@ class ContactPath:
     def _longer(self, name: str, aim: float) -> np.ndarray:
         """The nodes of the path and some more, in order, with which it may reach a force or depth."""
         guess, further = self.guess, self.margin * aim
-        if self._solved is None and guess is None:
-            return self._by_gap[:FIRST_NODES]
         if self._solved is None and guess is not None:
             with suppress(LeavingError):
-                guess._extended(name, further, sort=True)
-            return guess.nodes[: int(np.searchsorted(getattr(guess, name), further)) + 2]
+                guess._extended(name, further, sort=guess.guess is None)
+            # The guess itself may still have the order of its own guess; the depths that it computed give a better one.
+            nodes = guess.nodes[: int(np.searchsorted(getattr(guess, name), further)) + 2]
+            if guess._solved is not None and len(nodes):
+                return nodes[np.argsort(guess._solved.depth[: len(nodes)], kind="stable")]
+        if self._solved is None:
+            return self._by_gap[:FIRST_NODES]
         # Half as many more: the next ones in the guess, or those with the smallest gap.
         order = self._by_gap if guess is None else np.append(guess.nodes, self._by_gap)
         order = order[np.sort(np.unique(order, return_index=True)[1])]
@@ -225,7 +230,7 @@ class _Solved:
     infinite where they open; force : (m,) N on the patch at which they do.
     """
 
-    def __init__(self, problem: ContactProblem, nodes: np.ndarray, before: "_Solved | None" = None):
+    def __init__(self, problem: ContactProblem, nodes: np.ndarray, earlier: "_Solved | None" = None):
         parts, n = problem.free.shape
         every = (nodes[:, None] + n * np.arange(parts)).ravel()
         free = problem.free.ravel()[every]
@@ -235,19 +240,11 @@ class _Solved:
         self.ends = np.append(normal[1:], len(self.index))
         # A new order of the same nodes needs no new factor if few unknowns change places. A small one is made as fast.
         factor = None
-        if before is not None and parts > 1 and len(before.nodes) == len(nodes):
+        if earlier is not None and parts > 1 and len(earlier.nodes) == len(nodes):
             number = np.empty(problem.free.size, dtype=int)
-            number[before.index] = np.arange(len(self.index))
-            factor = _reordered(before.factor, number[self.index])
-        if factor is None:
-            matrix = problem.part(self.index, self.index)
-            # The matrix is symmetric, so its transpose is the same matrix in LAPACK's column order, without a copy.
-            factor, failed = dpotrf(matrix.T, lower=True, overwrite_a=True)
-            if failed:
-                raise SolverError(
-                    "the compliance is not positive definite: an unstable finger, or a mesh too coarse for the specimen"
-                )
-        self.factor = factor
+            number[earlier.index] = np.arange(len(self.index))
+            factor = _reordered(earlier.factor, number[self.index])
+        self.factor: np.ndarray = _factorised(problem.part(self.index, self.index)) if factor is None else factor
         sunk, gap = np.zeros((2, len(self.index)))
         sunk[normal], gap[normal] = problem.mass[nodes], problem.gap[nodes]
         self.y = dtrtrs(self.factor, sunk, lower=True)[0]
@@ -326,6 +323,17 @@ class _Solved:
         return first, outside[gap[size:, first] < 0]
 
 
+def _factorised(matrix: np.ndarray) -> np.ndarray:
+    """The Cholesky factor of a symmetric matrix (k, k), which is overwritten. Raises `SolverError`."""
+    # Its transpose is the same matrix in LAPACK's column order, without a copy.
+    factor, failed = dpotrf(matrix.T, lower=True, overwrite_a=True)
+    if failed:
+        raise SolverError(
+            "the compliance is not positive definite: an unstable finger, or a mesh too coarse for the specimen"
+        )
+    return factor
+
+
 def _reordered(factor: np.ndarray, order: np.ndarray) -> np.ndarray | None:
     """The factor L of the same unknowns in another `order` (k,) of their present numbers; None if a new one is cheaper.
 
@@ -337,7 +345,7 @@ def _reordered(factor: np.ndarray, order: np.ndarray) -> np.ndarray | None:
     groups = [(end - size, end) for end, size in zip(ends, np.diff(ends, prepend=0), strict=True) if size > 1]
     if max((end - first for first, end in groups), default=0) > WIDEST_GROUP_SHARE * len(order):
         return None
-    factor = np.asfortranarray(factor[order])
+    factor = factor.T.take(order, axis=1).T  # As LAPACK has it, column by column
     for first, end in groups:
         columns = slice(first, end)
         rotation, triangle = np.linalg.qr(factor[columns, columns].T)

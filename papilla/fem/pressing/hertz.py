@@ -101,11 +101,11 @@ class HertzTable:
 
 def _weights(nodes: Sequence, at: Array) -> list[Array]:
     """Weights of the values at `nodes` for the polynomial through them; `at` may be one number or an array (k,)."""
-    away, others = [at - node for node in nodes], [[*nodes[:i], *nodes[i + 1 :]] for i in range(len(nodes))]
-    return [
-        math.prod(away[:i] + away[i + 1 :]) / math.prod([node - other for other in others[i]])
-        for i, node in enumerate(nodes)
-    ]
+    nodes, away, weights = list(nodes), [at - node for node in nodes], []
+    for i, node in enumerate(nodes):
+        others = nodes[:i] + nodes[i + 1 :]
+        weights.append(math.prod(away[:i] + away[i + 1 :]) / math.prod([node - other for other in others]))
+    return weights
 
 
 @kept(64)
@@ -300,7 +300,7 @@ def hertz_scene(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Hertz
         peak_pressure=ellipses.peak_over_mean(q) * force / (math.pi * root**2 * a * b),
         indentation=root**2 * depth if indentation is None else indentation,
         values=force * np.array(per_newton).reshape(reduced.weights.shape),
-        contact_area=float(np.pi * np.prod((root * a, root * b))),
+        contact_area=math.pi * root * a * root * b,
     )
 
 

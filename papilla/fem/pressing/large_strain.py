@@ -230,10 +230,10 @@ class TableFit:
 def _monomials(ln_force, softness, ranges: tuple[tuple[float, float], ...], powers: np.ndarray) -> np.ndarray:
     """Products (..., t) of powers (t, 2) of both coordinates, -1 to 1 over their ranges (low, width)."""
     x, y = (
-        2 * (coordinate - low) / width - 1
+        np.asarray(2 * (coordinate - low) / width - 1)
         for coordinate, (low, width) in zip((ln_force, softness), ranges, strict=True)
     )
-    return np.stack([x**i * y**j for i, j in powers.tolist()], axis=-1)
+    return x[..., None] ** powers[:, 0] * y[..., None] ** powers[:, 1]
 
 
 def at_ratio(tables: Sequence[LargeStrain], ratio: float, stuck: bool = False) -> tuple[tuple[LargeStrain, float], ...]:

@@ -7,7 +7,7 @@ import pytest
 
 from papilla.core.errors import SolverError
 from papilla.fem.pressing.contact import LoadingPath
-from papilla.fem.pressing.contact_path import ContactProblem
+from papilla.fem.pressing.contact_path import ContactPath, ContactProblem
 from papilla.fem.pressing.contact_step import contact_step, first_touch
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.patch import quadrature
@@ -126,6 +126,24 @@ def test_steps_agree_with_gauss_seidel(disc, friction):
         assert state.traction == pytest.approx(expected, abs=1e-9 * expected.max())
         check_state(problem, state, friction)
     assert state.slipping.sum() > 0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_stuck_path_does_not_depend_on_its_first_order_of_nodes(sphere, seed):
+    """Two bodies, given apart or as their sum; the order is guessed from the path of a skin with other curvatures."""
+    rng = np.random.default_rng(seed)
+    both = bodies_on(sphere, HalfSpace(1.0, 0.3))
+    bodies, modulus = (rng.uniform(0.3, 3.0), rng.uniform(0.3, 3.0)), rng.uniform(0.1, 10.0)
+    theirs = bodies[1] * both.compliance
+    apart = ContactProblem(bodies[0] * both.compliance, both.mass, both.gap, both.fixed, theirs, modulus)
+    summed = ContactProblem(apart.compliance, both.mass, both.gap, both.fixed)
+    longer = 1 + 10.0 ** -rng.uniform(0.5, 4.0) * np.cos(2 * np.arctan2(*sphere.xy.T))
+    guess = ContactPath(ContactProblem(apart.compliance, both.mass, both.gap * longer, both.fixed))
+    for depth in (0.02, 0.06):
+        expected = ContactPath(summed).at(indentation=depth)
+        state = ContactPath(apart, guess, 1.05).at(indentation=depth)
+        assert (state.active == expected.active).all()
+        assert state.traction == pytest.approx(expected.traction, abs=1e-9 * expected.traction.max())
 
 
 def random_problem(seed, n=9) -> ContactProblem:
