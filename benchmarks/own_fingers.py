@@ -173,7 +173,9 @@ def intervals_line(rows: Sequence[dict], name: str) -> str:
     asked = [row[name] for row in rows if name in row]
     ends = np.array([answer for answer in asked if answer is not None]).reshape(-1, 2)
     inside = int(((ends[:, 0] <= 1) & (ends[:, 1] >= 1)).sum())
-    width = PER_CENT * (float(np.median(np.sqrt(ends[:, 1] / ends[:, 0]))) - 1) if len(ends) else math.nan
+    with np.errstate(divide="ignore"):
+        # An interval without a lower end is infinitely wide
+        width = PER_CENT * (float(np.median(np.sqrt(ends[:, 1] / ends[:, 0]))) - 1) if len(ends) else math.nan
     doubts = sum(bool(row[f"{name}_doubt"]) for row in rows if name in row)
     return (
         f"friction {name}: {len(ends)} of {len(asked)} answered, {inside} inside, half width {width:.0f} % in the "

@@ -26,7 +26,7 @@ from papilla.calibration.published import fit_quadratic
 from papilla.calibration.readouts import Compact, ln_sd
 from papilla.core.errors import InputError
 from papilla.core.least_squares import least_squares
-from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES, CONTINUED_GAUGE, CONTINUED_SD
+from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES, CONTINUED_GAUGE, CONTINUED_SD, CONTINUED_WORDS
 
 FRICTION_CELLS = (Resolution(8),) * 2
 """Number of cells over force and modulus for the change by friction, which is smooth."""
@@ -197,7 +197,7 @@ def _notes(sweep: Sweep, surface: BicubicSurface, usable: np.ndarray, lacks: lis
     if missing:
         notes.append(f"{missing} of {len(sweep)} presses left what the model covers and have no readings")
     if beyond := sum(BEYOND_STRAIN_TABLES in status for status in sweep.status):
-        notes.append(f"{beyond} of {len(sweep)} presses are {BEYOND_STRAIN_TABLES}: S_d may be off by 2 % there")
+        notes.append(f"{beyond} of {len(sweep)} presses are {BEYOND_STRAIN_TABLES}: {CONTINUED_WORDS} there")
     if coarse:
         notes.append(f"{coarse} of {len(sweep)} presses are too light for the mesh: S_d may be off by over 3 % there")
     n = surface.cells[1]
