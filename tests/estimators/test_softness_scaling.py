@@ -7,6 +7,7 @@ import pytest
 
 from papilla.calibration import BicubicSurface, GaugeSurface
 from papilla.estimators import Doubts, GaugeSoftness
+from papilla.estimators.softness.touch import contact_N
 
 NOISE = {"gauge_sigma": 50.0, "force_sigma_N": 0.005}
 PRESS = 0.2 + 0.6 * np.sin(np.linspace(0.1, 1.6, 64))
@@ -78,3 +79,14 @@ def test_an_unknown_thickness_is_as_doubtful_as_the_block_it_may_be_is_thin(cali
     mean, sigma = stated.thickness_shift(10.0)
     assert sigma == pytest.approx(np.hypot(0.5 * slope, 0.1 * mean), rel=1e-3) and mean > 0
     assert stated.thickness_shift(5.0)[0] == 0.0 and Doubts(thickness_mm=20.0).thickness_shift(10.0)[0] < 0
+
+
+@pytest.mark.parametrize("factor", [0.01, 1.0, 3.0])
+def test_the_least_force_of_a_contact_follows_the_finger(five, factor):
+    """20 mN of the default finger; the calibration of another one states the factor of its forces."""
+    found = five(0.01)
+    other = replace(found, finger=found.finger | {"force_factor": factor})
+    assert contact_N(found) == 0.02 and contact_N(other) == pytest.approx(factor * contact_N(found))
+    rows = rows_of(found)
+    given = GaugeSoftness(other, **NOISE, contact_force_N=factor * 0.02, doubts=Doubts.NONE).process(rows)
+    np.testing.assert_array_equal(told(other, rows).status, given.status)
