@@ -60,6 +60,7 @@ ON_MPA = (0.089, 0.51, 0.72)
 TESTS_MPA, SCENES_OF_E = (0.05, 0.72), 6
 """Moduli of unseen presses, 10 to 100 gf of the default finger, and how many of a finger tell E."""
 BOOTSTRAPS = 2000
+SUGGESTED_AMONG = 12
 
 GROWTHS = (1.3, 1.2, 1.1)
 """Ratios of an indentation of a path to the one before: the first that converges. S_d differs by 0.1 % at most."""
@@ -258,7 +259,8 @@ def presses(protocol: str, design: Finger, size_mm: float | None) -> tuple[np.nd
         return bench.force * force, bench.modulus * modulus
     if protocol == PROTOCOLS[3]:
         return bench.force * np.array([0.05, 0.1, 0.2]), np.full(3, on[1])
-    told = suggest_presses(design, 5, on.tolist(), size_mm=size_mm)
+    forces = bench.force * np.geomspace(0.05, 0.98, SUGGESTED_AMONG)
+    told = suggest_presses(design, 5, on.tolist(), forces=forces.tolist(), size_mm=size_mm)
     return np.array(told.force_N), np.array(told.modulus_MPa)
 
 

@@ -58,10 +58,10 @@ TABLE_ARRAYS = ("force", "modulus", "linear", "finite")
 
 MODEL_ERROR_FREE, MODEL_ERROR_STUCK = 0.005, 0.0065
 """Relative error of S_d (one sigma) of a press with large strain, without friction and with it. It contains the table,
-its coarse mesh and the mesh of the linear press: 0.47 and 0.35 % rms against the axisymmetric reference, which shares
-nothing with these presses, over nine fingers of `benchmarks/own_fingers.py` (its A, B and C, the first three of
-`--draws 12 --seed 1` and of `--draws 6 --seed 21`). And it contains the error of the reference: from a second
-independent code it differs by 0.2 and 0.57 % rms on a tall dome (docs/adr/0051)."""
+its coarse mesh and the mesh of the linear press: 0.42 and 0.23 % rms against the axisymmetric reference, which shares
+nothing with these presses, over twelve drawn fingers (`python benchmarks/own_fingers.py --draws 12 --seed 852265567`).
+And it contains the error of the reference: from a second independent code it differs by 0.2 and 0.57 % rms on a tall
+dome (docs/adr/0051)."""
 
 LOWERED_FRICTION = (0.7, 0.85)
 """Fractions of a coefficient of friction for which linear presses are made, too; between them the share of stick is
