@@ -1,5 +1,6 @@
 """`DesignPresses`: what a design reads in the presses of a scene."""
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -31,11 +32,12 @@ class DesignPresses:
             responses = self.geometry.of(self.finger)
         force, modulus = self.scene.grid
         softest = self.scene.modulus_MPa[0]
-        least = min(one for one in self.scene.swept(self.finger)[1] if one >= self.softest_MPa)
+        least = min((one for one in self.scene.swept(self.finger)[1] if one >= self.softest_MPa), default=math.inf)
         if responses[0].large_strain and softest < least:
+            begins = f"begins at {least:.3g} MPa" if least < math.inf else "has no specimen that is hard enough"
             raise InputError(
                 f"a specimen of {softest:g} MPa is too soft for an inner layer of {inner:.3g} MPa, because large "
-                f"strain is not known there: a calibration begins at {least:.3g} MPa"
+                f"strain is not known there: a calibration {begins}"
             )
         for response in responses:
             inside = response.inside(force, modulus, outer, inner)

@@ -29,7 +29,7 @@ GRID_FORCES, GRID_MODULI = 10, 14
 GRID_MARGINS = 1.25, 1.05
 """Factors by which the grid extends beyond the scene in force (which a sample may miss) and in modulus."""
 SWEPT_BEYOND = 1.05
-"""How far beyond the largest force of the scene a calibration goes, at least."""
+"""How far beyond the largest force and the ends of the moduli of the scene a calibration goes, at least."""
 MOST_HELD_SAMPLES = 10**6
 """Most samples of a held force."""
 PRIOR_SIGMA_LN_MODULUS = 1.0
@@ -115,10 +115,12 @@ class DesignScene:
 
     def swept(self, finger: Finger) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Forces (N) and moduli (MPa) of a finger's calibration: the usual ones; forces only as far as the scene needs,
-        as contacts of a small finger soon leave its patch."""
-        ranges = CalibrationRanges.of(finger)
+        as contacts of a small finger soon leave its patch, and moduli shifted where the scene has others."""
+        ranges, (least, most) = CalibrationRanges.of(finger), self.modulus_MPa
         share = min(1.0, SWEPT_BEYOND * self.force_N[1] / ranges.forces[-1])
-        return tuple(share * force for force in ranges.forces), ranges.moduli
+        low, high = least / SWEPT_BEYOND / ranges.moduli[0], SWEPT_BEYOND * most / ranges.moduli[-1]
+        shift = max(min(1.0, low), high)
+        return tuple(share * force for force in ranges.forces), tuple(shift * modulus for modulus in ranges.moduli)
 
     @property
     def solver(self) -> SurfaceFit:

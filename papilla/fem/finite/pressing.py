@@ -152,7 +152,7 @@ class PressProblem:
         refuse_finite(len(space.mesh.tets), space.unknowns, len(loaded.patch.xy), mesh.size_mm)
         body = Body(space, cards, space.free(SYMMETRIC_PARITY, mesh.mirrors))
         readout = Readout.of(finger, surfaces["interface"], space, mesh.mirrors)
-        thickness, modulus = layers_below(finger, mesh, frame)[0].tolist()
+        thickness, modulus = layers_below(finger, surfaces, frame, mesh)[0].tolist()
         return cls(finger, body, Touching(loaded, specimen, friction), readout, (thickness, modulus))
 
     def force(self, equilibrium: State) -> float:

@@ -6,7 +6,7 @@ four, and still uses only a quarter of the mesh.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property, partial
 from weakref import WeakValueDictionary
 
@@ -26,6 +26,7 @@ from papilla.fem.reduction.patch import Frame
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.mesh.body import facet_deviation, patch_radius_mm, surfaces_of
 from papilla.mesh.layered import BONE_LAYER, INNER_LAYER, OUTER_LAYER, LayeredMesh
+from papilla.mesh.surfaces import Surface
 from papilla.model.finger import Finger, Layer
 
 INCOMPRESSIBLE_RATIO = 1e-7
@@ -98,7 +99,7 @@ class FingerModel:
             half_space=half_space_compliance(loaded.patch),
             rows=rows,
             weights=gauge_weights(self.finger),
-            layers=layers_below(self.finger, self.mesh, loaded.frame),
+            layers=layers_below(self.finger, self.surfaces, loaded.frame, self.mesh),
             strain_key=self.finger.strain_sha256,
             bench=self.finger.bench,
             facets=facet_deviation(self.surfaces["skin"], loaded.frame.origin, patch_radius_mm(self.finger) / 4),
@@ -264,13 +265,13 @@ class FingerModel:
         return compliance, np.sum(influence, axis=0).reshape(len(GAUGE_QUANTITIES), len(self.finger.gauges), -1)
 
 
-def layers_below(finger: Finger, mesh: LayeredMesh, frame: Frame) -> np.ndarray:
+def layers_below(finger: Finger, surfaces: Mapping[str, Surface], frame: Frame, mesh: LayeredMesh) -> np.ndarray:
     """Thickness (mm) and Young's modulus (MPa) (k, 2) of the layers below a touch-down point, down to a clamped
     surface: a rigid bone or the base plane."""
     # Walk down along the inward normal and note where the levels of the surfaces change sign. A level is positive
     # outside of its surface; the walk is longer than the finger, so that it meets the base in any case.
     down = np.linspace(0, 2 * np.abs(mesh.points).max(), WALK_POINTS)[1:]
-    points, surfaces = frame.origin - down[:, None] * frame.axes[2], surfaces_of(finger)
+    points = frame.origin - down[:, None] * frame.axes[2]
     levels = [surfaces["interface"].level(points), surfaces["bone"].level(points)]
     *ends, base = (_crossing(down, level) for level in (*levels, points[:, 2] - mesh.points[:, 2].min()))
     moduli = [layer.modulus for layer in (finger.outer, finger.inner, finger.bone) if layer]
