@@ -164,6 +164,8 @@ def along(
                 break
             except SolverError as error:
                 print(f"growth {growth:g}: {error}", file=sys.stderr, flush=True)
+        else:
+            raise SolverError(f"{name}, friction {friction}: no path of the reference on {modulus:.3g} E_inner")
         depth, values = path.at(loads)
         took = f"{perf_counter() - began:.0f} s"
         print(f"{name}, {friction}, {modulus:.3g}, {ratio:.3g}: {took}", file=sys.stderr, flush=True)

@@ -221,7 +221,7 @@ _UNCERTAINTY = table(
     Uncertainty,
     dict.fromkeys(("fit_rms", "fit_factor", "fit_max", "scatter_factor"), _AT_LEAST_0)
     | {"scatter_force_N": _ANY, "scatter": _numbers(least=0), "meshes": Annotated[int, Field(ge=0)]}
-    | {"strain": (_AT_LEAST_0, 0.0), "specimen": (_numbers(3) | None, None)}
+    | {"strain": (_AT_LEAST_0, 0.0), "specimen": (_numbers(4) | None, None)}
     | dict.fromkeys(("friction", "identified", "form"), (table(_surface, _SPLINE) | None, None)),
     {"level": INTERVAL_PROBABILITY},
 )

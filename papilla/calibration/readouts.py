@@ -59,7 +59,8 @@ class Uncertainty:
     none was given. scatter_factor : half width of the 95 % interval in `scatter`.
     meshes : how many meshes the scatter comes from.
     strain : one sigma of the remaining effect of large strain in the finger.
-    specimen : (ln c, m, n) of one sigma c F^m E^n (N, MPa) by large strain in the specimen; None if it is left out.
+    specimen : (4,) ln of one sigma by large strain in the specimen, over 1, ln F, ln E and (ln E)^2 (N, MPa); None if
+        it is left out.
     friction : change of the value without friction, if friction is not known; else None.
     identified : one sigma from the identification of the finger; None if the design is taken as exact.
     form : one sigma from the form of the surface between its presses, in files of papilla before 0.2.
@@ -107,7 +108,7 @@ class Uncertainty:
         """One sigma by large strain in the specimen at a point of the domain (N, MPa)."""
         if self.specimen is None:
             return 0.0
-        return math.exp(min(float(self.specimen @ (1.0, ln_force, ln_modulus)), LARGEST_LN_SIGMA))
+        return math.exp(min(float(self.specimen @ (1.0, ln_force, ln_modulus, ln_modulus**2)), LARGEST_LN_SIGMA))
 
     def sigmas(self, ln_force: float, ln_modulus: float) -> dict[str, float]:
         """Standard deviation of the value at a point of the domain (N, MPa), by its cause.

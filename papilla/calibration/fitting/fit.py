@@ -136,7 +136,7 @@ class ComparedSweeps:
         beyond = np.mean([BEYOND_STRAIN_TABLES in status for status in np.array(self.sweep.status)[self.sweep.valid]])
         continued = (CONTINUED_GAUGE if one_site else CONTINUED_SD) * math.sqrt(beyond)
         strain = math.hypot(self.strain, continued) * unit
-        specimen = None if self.specimen is None else self.specimen + [math.log(unit), 0, 0]
+        specimen = None if self.specimen is None else self.specimen + [math.log(unit), 0, 0, 0]
         if self.frictionless is None:
             return replace(uncertainty(fitted, others, one_site=one_site), strain=strain, specimen=specimen)
         change = value(self.frictionless) - value(self.sweep)
@@ -150,14 +150,14 @@ class ComparedSweeps:
 
     @cached_property
     def specimen(self) -> np.ndarray | None:
-        """(ln c, m, n) of the relative sigma c F^m E^n of S_d by the specimens' own large strain: a power law, because
-        contact area is nearly one. None if no press has such an error."""
+        """ln of the relative sigma of S_d by the specimens' own large strain, as `Uncertainty.specimen` has it: a
+        parabola in ln E, because a hard skin hinders soft specimens most. None if no press has such an error."""
         sweep = self.sweep
         known = sweep.valid & (sweep.specimen_error > 0)
         if not known.any():
             return None
         ln_force, ln_modulus = np.log(sweep.force_N[known]), np.log(sweep.modulus_MPa[known])
-        terms = np.column_stack([np.ones_like(ln_force), ln_force, ln_modulus])
+        terms = np.column_stack([np.ones_like(ln_force), ln_force, ln_modulus, ln_modulus**2])
         return np.linalg.lstsq(terms, np.log(sweep.specimen_error[known]))[0]
 
 
