@@ -107,8 +107,8 @@ def strained():
 
 @pytest.mark.parametrize("factor, most_N, friction", [(1.0, 0.98, "unknown"), (0.3, 0.98, 0), (6.0, 0.5, "stick")])
 def test_errors_of_a_calibration_with_large_strain(strained, factor, most_N, friction):
-    """The tables' own error; 2 % of S_d and 3 % of a gauge for presses beyond their forces, 0.9 to 36 mm2 of the inner
-    modulus, by up to 2.25 times; and 0.25 % of the membrane strain for meshes."""
+    """The tables' own error; 2.6 % of S_d and 3 % of a gauge for presses beyond their forces, 0.9 to 36 mm2 of the
+    inner modulus, by up to 2.25 times; and 0.25 % of the membrane strain for meshes."""
     design, stuck = strained(factor, most_N, friction), friction != 0
     outer, inner = design.moduli
     swept, moduli = map(np.array, design.scene.swept(design.finger))
@@ -130,7 +130,7 @@ def test_errors_of_a_calibration_with_large_strain(strained, factor, most_N, fri
     ]
     by_meshes = 0.0025 * math.sqrt(np.mean(np.sum(np.square(moved), axis=0))) / step
     of_sd, of_gauges = calibration_errors(design)
-    assert of_sd == pytest.approx(math.hypot(table, 0.02 * math.sqrt(lost), by_meshes), rel=1e-4)
+    assert of_sd == pytest.approx(math.hypot(table, 0.026 * math.sqrt(lost), by_meshes), rel=1e-4)
     sizes = [np.sqrt((values**2).mean(axis=0)) for values in (readings, membrane)]
     assert of_gauges == pytest.approx(
         np.hypot(math.hypot(table, 0.03 * math.sqrt(lost)) * sizes[0], 0.0025 * sizes[1]), rel=1e-6

@@ -197,6 +197,7 @@ def press_truth(
     """
 
     def make() -> dict[str, np.ndarray]:
+        """The presses, stuck ones first."""
         mesh = build(finger, size_mm, variant=UNSEEN_VARIANT, progress=mesh_number(UNSEEN_VARIANT, progress))
         pressed, ranges = PressedFinger(finger, mesh), CalibrationRanges.of(finger)
         forces, moduli = ranges.forced(CHECKED_FORCES_N), ranges.hardened(CHECKED_MODULI_MPA)
@@ -205,8 +206,8 @@ def press_truth(
         for friction in sorted(frictions, key=friction_coefficient, reverse=True):
             words = "stuck" if friction == STICK_WORD else f"friction {friction:g}"
             steps = counted(progress, f"against physics, {words}: press")
-            for linear in pressed.presses(forces, moduli, friction, steps):
-                press = with_specimen_strain(linear, pressed.skin)
+            for on_linear_block in pressed.presses(forces, moduli, friction, steps):
+                press = with_specimen_strain(on_linear_block, pressed.skin)
                 laws += [note for note in press.status.split("; ") if "law" in note]
                 rows.append((friction_coefficient(friction), press.force, press.modulus, press.sd))
         return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst_law(laws))}

@@ -44,15 +44,17 @@ def specimen_change(
     """Change of ln S_d by the large strain of a flat specimen, and one sigma of it.
 
     strain : p/E. modulus : E, MPa. radius : of the contact, mm. skin : thickness (mm) and modulus (MPa) of the outer
-    layer where the specimen touches. A press that partly slips is not changed: a mixture of one that sticks and one
-    without friction contains the change already.
+    layer where the specimen touches. A press that partly slips is not changed, because nobody knows how much of the
+    movement is hindered: its error holds all that stick would change.
     """
     thickness, outer = skin
     hindered = strain * outer / (outer + modulus)
     if not friction:
         return 0.0, SPECIMEN_ERROR_FREE * strain
-    per_strain = STUCK_CHANGE + STUCK_CHANGE_PER_RADIUS * radius / thickness if math.isinf(friction) else 0.0
-    return per_strain * hindered, SPECIMEN_ERROR_STUCK * hindered
+    change, error = STUCK_CHANGE + STUCK_CHANGE_PER_RADIUS * radius / thickness, SPECIMEN_ERROR_STUCK
+    if math.isinf(friction):
+        return change * hindered, error * hindered
+    return 0.0, math.hypot(error, change) * hindered
 
 
 def with_specimen_strain(press: Press, skin: tuple[float, float], curved: bool = False) -> Press:
